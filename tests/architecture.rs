@@ -22,10 +22,13 @@ const CORE_LIBRARIES: [&str; 9] =
     ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 8] = [
+const ENDS: [&str; 11] = [
+    "audit",
     "bare-metal-example",
     "book",
     "core-selftest",
+    "footfall-c",
+    "footfall-python",
     "footfall-tests",
     "link-proof",
     "step-cost",
@@ -34,8 +37,17 @@ const ENDS: [&str; 8] = [
 ];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 6] =
-    ["bare-metal-example", "core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
+const NOT_DEFAULT: [&str; 9] = [
+    "audit",
+    "bare-metal-example",
+    "core-selftest",
+    "firmware",
+    "footfall-c",
+    "footfall-python",
+    "link-proof",
+    "step-cost",
+    "virtual-board",
+];
 
 fn packages() -> BTreeMap<&'static str, &'static Value> {
     let packages = metadata()["packages"].as_array().expect("a list of packages");
@@ -134,12 +146,13 @@ fn the_peripheral_model_depends_on_nothing_of_ours() {
         BTreeSet::new(),
         "a model that shares code with the firmware would share its mistakes"
     );
+    assert_eq!(ours(packages()["servo-model"]), BTreeSet::new(), "a servo knows nothing of the board");
 }
 
 #[test]
-fn the_virtual_board_uses_the_model_only() {
+fn the_virtual_board_uses_the_models_only() {
     let packages = packages();
-    let allowed = BTreeSet::from(["stm32f4-model"]);
+    let allowed = BTreeSet::from(["servo-model", "stm32f4-model"]);
     assert!(ours(packages["virtual-board"]).is_subset(&allowed), "its licence would reach the rest");
 }
 

@@ -241,11 +241,7 @@ fn keys_of_the_live_screen_change_the_board_and_none_arms() {
         let mut terminal = Terminal::run(&line, 120, 40);
         let _ = terminal.sees(" walking ");
         assert!(terminal.shows().contains("1/12 gait = "), "{}", terminal.shows());
-        // Down to the speed, and one step up. Whether its value is known depends on whether the boot was seen.
-        terminal.presses("\u{1b}[B");
-        let _ = terminal.sees("2/12 speed = ");
-        terminal.presses("\u{1b}[C");
-        let shown = terminal.sees("set speed 1.05: in effect at tick ");
+        let shown = raise_speed(&mut terminal);
         let (_, after) = shown.split_once("in effect at tick ").expect("a tick");
         let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
         send.send(digits.parse::<u32>().expect("a number")).expect("received");
@@ -280,6 +276,15 @@ fn keys_of_the_live_screen_change_the_board_and_none_arms() {
     assert_eq!(actions[..4], ["set speed 1.05", "undo", "undo", "stop"], "{actions:?}");
 }
 
+/// Goes down from the gait to the speed and raises it by one step; what the screen shows then. Whether the speed is known before depends on whether
+/// the boot was seen.
+fn raise_speed(terminal: &mut Terminal) -> String {
+    terminal.presses("\u{1b}[B");
+    let _ = terminal.sees("2/12 speed = ");
+    terminal.presses("\u{1b}[C");
+    terminal.sees("set speed 1.05: in effect at tick ")
+}
+
 /// A person at the live screen of `footfall watch --tune`, which runs the virtual board itself.
 fn keys_tune_the_virtual_board_that_is_watched() {
     let of = |name: &str| std::env::var(name).unwrap_or_else(|_| panic!("{name}"));
@@ -287,10 +292,7 @@ fn keys_tune_the_virtual_board_that_is_watched() {
     let line = format!("{program} watch --elf {elf} --virtual-board {board} --tune --pace");
     let mut terminal = Terminal::run(&line, 120, 40);
     let _ = terminal.sees("1/12 gait = own");
-    terminal.presses("\u{1b}[B");
-    let _ = terminal.sees("2/12 speed = 1 ");
-    terminal.presses("\u{1b}[C");
-    let _ = terminal.sees("set speed 1.05: in effect at tick ");
+    let _ = raise_speed(&mut terminal);
     let _ = terminal.sees("speed = 1.05");
     terminal.presses("u");
     let _ = terminal.sees("speed = 1 ");

@@ -4,7 +4,9 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::peripheral::NVIC;
 use embassy_stm32::Config;
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
 use embassy_stm32::time::Hertz;
@@ -32,6 +34,9 @@ pub(crate) fn is_as_started() -> bool {
 }
 
 const HSE_HZ: u32 = 8_000_000;
+
+/// Registers of 32 interrupts each: lines 0 to 95. Of the line above them, which only the F446 has, the HAL enables nothing (RM0390 table 38).
+const INTERRUPT_WORDS: usize = 3;
 
 /// Rounds of the wait for HSE: at least four cycles of the 16 MHz start-up clock each, so no less than 100 ms. Crystals take 2 ms.
 const HSE_ROUNDS: u32 = 400_000;
@@ -64,12 +69,15 @@ pub(crate) fn start() -> Result<(), NoHse> {
         divq: Some(rcc::PllQDiv::DIV7),
         divr: None,
     });
+    // The HAL waits for LSI without a limit and before a watchdog runs; [`crate::stopwatch`] starts and measures it.
+    config.rcc.ls = rcc::LsConfig::off();
     config.rcc.sys = rcc::Sysclk::PLL1_P;
     config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
     config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
     config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
     // The tokens of the peripherals are not used: each driver here owns its registers, see `main.rs`.
     let _ = embassy_stm32::init(config);
+    interrupts_off_but_task_clock();
 
     start_flash_accelerator();
     // From here on a crystal that stops raises the non-maskable interrupt, and breaks TIM1 in hardware.
@@ -78,6 +86,17 @@ pub(crate) fn start() -> Result<(), NoHse> {
         started.store(register, Ordering::Relaxed);
     }
     Ok(())
+}
+
+/// Switches every interrupt off but that of the tasks' clock: the HAL enables those of all streams of both DMA controllers, at the highest priority.
+/// The control loop enables its own later ([`firmware::interrupts`]).
+fn interrupts_off_but_task_clock() {
+    // SAFETY: a bit that is written as 1 disables an interrupt, which breaks no critical section; nothing else uses these registers now.
+    unsafe {
+        let nvic = &*NVIC::PTR;
+        nvic.icer.iter().take(INTERRUPT_WORDS).for_each(|register| register.write(u32::MAX));
+        interrupt::TIM4.enable();
+    }
 }
 
 /// Waits until a peripheral clock that was just switched on is running (ES0182, "Delay after an RCC peripheral clock enabling").

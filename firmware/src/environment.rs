@@ -49,7 +49,7 @@ impl Environment {
         Self { reference: reference.build().ok(), die: DieTemperature::build(cal_30, cal_110).ok() }
     }
 
-    /// The means since the last call.
+    /// The means since the last call, without the other conditions.
     pub(crate) fn take(&self) -> wire::Environment {
         let sums = SUMS.lock(|sums| sums.replace(NOTHING));
         let mean = |sum: u32| {
@@ -64,6 +64,11 @@ impl Environment {
             Err(_) => None,
         });
         let die = self.die.zip(supply).map(|(die, supply)| die.celsius(mean(sums.temperature), supply));
-        wire::Environment { die_c: die.map(|die| die.0), supply_v: supply.map(|supply| supply.0) }
+        wire::Environment {
+            die_c: die.map(|die| die.0),
+            supply_v: supply.map(|supply| supply.0),
+            watchdog_hz: None,
+            debugger: false,
+        }
     }
 }

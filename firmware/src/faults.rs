@@ -10,8 +10,9 @@ use core::mem::MaybeUninit;
 
 use embassy_stm32::pac::RCC;
 use firmware::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
-use wire::Reset;
+use wire::{LastOutputs, Reset};
 
+use crate::kept_outputs;
 use crate::servo_pwm::outputs_off;
 
 /// RAM that the start-up code does not initialise.
@@ -81,6 +82,8 @@ pub(crate) struct LastRun {
     pub(crate) crash: Option<Record>,
     /// Crashes in a row up to now.
     pub(crate) streak: u32,
+    /// How its servo outputs ended, if that is known.
+    pub(crate) outputs: Option<LastOutputs>,
 }
 
 /// Reads the end of the last run; called once, early in the boot.
@@ -93,7 +96,8 @@ pub(crate) fn last_run() -> LastRun {
     let streak = Record::streak_after(kept.map_or(0, |record| record.streak), crashed, by_hand);
     store(&Record::new(Cause::None, [0; 2], "").with_streak(streak));
     // After a power-on the RAM may still hold an old record.
-    LastRun { reset, crash: crash.filter(|_| reset != Reset::PowerOn), streak }
+    let crash = crash.filter(|_| reset != Reset::PowerOn);
+    LastRun { reset, crash, streak, outputs: kept_outputs::take(reset) }
 }
 
 /// Clears the streak after a stable run. A lock-out remains until a person acts.

@@ -8,16 +8,20 @@
 //! [`PACE_US`], in which they add up.
 //!
 //! # Timing
-//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards specify as 17 to 47 kHz.
+//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards specify as 17 to 47 kHz. The board measures it, and does
+//! not arm if it is slower or faster ([`joint_loop::control::watchdog_clock`]).
 //! [`timeout_us`] is computed for both ends, and the assertions below check that
 //! - there is no false reset: with the fastest oscillator the time-out is longer than [`GRACE_US`] plus the period of the watchdog task;
 //! - the reset is in time: with the slowest oscillator within [`WORST_BITE_US`], at most two repeated servo frames.
 
-/// Slowest low-speed oscillator, Hz (data sheets of the STM32F407 and STM32F446, "LSI oscillator characteristics").
-pub const LSI_SLOWEST_HZ: u32 = 17_000;
+use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ, TOLERANCE_PERMILLE};
 
-/// Fastest low-speed oscillator, Hz.
-pub const LSI_FASTEST_HZ: u32 = 47_000;
+/// Slowest low-speed oscillator with which the board arms, Hz (data sheets of the STM32F407 and STM32F446, "LSI oscillator characteristics", and the
+/// error of its measurement).
+pub const LSI_SLOWEST_HZ: u32 = SLOWEST_HZ / 1000 * (1000 - TOLERANCE_PERMILLE);
+
+/// Fastest low-speed oscillator with which the board arms, Hz.
+pub const LSI_FASTEST_HZ: u32 = FASTEST_HZ / 1000 * (1000 + TOLERANCE_PERMILLE);
 
 /// Divider of the oscillator in the watchdog.
 pub const PRESCALER: u32 = 4;
@@ -46,7 +50,7 @@ const SLACK_TICKS: u32 = 2;
 /// ```
 /// use firmware::liveness::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ, timeout_us};
 /// assert_eq!(timeout_us(32_000), 20_000);
-/// assert_eq!((timeout_us(LSI_FASTEST_HZ), timeout_us(LSI_SLOWEST_HZ)), (13_617, 37_647));
+/// assert_eq!((timeout_us(LSI_FASTEST_HZ), timeout_us(LSI_SLOWEST_HZ)), (13_576, 37_760));
 /// ```
 #[must_use]
 pub const fn timeout_us(lsi_hz: u32) -> u32 {

@@ -37,10 +37,14 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
         sensors: loaded.map(|loaded| loaded.sensors.clone()),
         robot: loaded.map(|loaded| loaded.robot.clone()),
         shadow: SHADOW,
+        last_outputs: last.outputs,
     };
     lines::boot(&boot);
     send(&Record::Boot(boot.clone()));
     lines::crash(last);
+    if let Some(outputs) = &last.outputs {
+        lines::last_outputs(outputs);
+    }
     if last.streak >= LOCKOUT_STREAK {
         refused(
             Subject::Arming,
@@ -62,9 +66,13 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
 
 /// Reports a refusal with its reason.
 pub(crate) fn refused(subject: Subject, reason: impl Display) {
-    let refused = Refused::new(subject, reason);
-    lines::refused(&refused);
-    send(&Record::Refused(refused));
+    refusal(&Refused::new(subject, reason));
+}
+
+/// The same with its record.
+pub(crate) fn refusal(refused: &Refused) {
+    lines::refused(refused);
+    send(&Record::Refused(refused.clone()));
 }
 
 /// Sends a record.
@@ -76,7 +84,7 @@ pub(crate) fn send(record: &Record) {
     }
 }
 
-pub(crate) use lines::{answered, stalled, state, status, truncated};
+pub(crate) use lines::{answered, armed_with_debugger, stalled, state, status, truncated};
 
 /// The messages.
 #[cfg(target_os = "none")]
@@ -86,7 +94,7 @@ mod lines {
     use firmware::liveness::Part;
     use firmware::post_mortem::Cause;
     use joint_loop::tuning::Answer;
-    use wire::{Boot, Change, Frame, RecordId, Refused};
+    use wire::{Boot, Change, Frame, LastOutputs, RecordId, Refused};
 
     use crate::faults::LastRun;
 
@@ -146,6 +154,26 @@ mod lines {
                 defmt::error!("last run ended by {=str}", cause)
             }
         }
+    }
+
+    /// What became of the pulses of the run before.
+    pub(super) fn last_outputs(last: &LastOutputs) {
+        if last.cut > 0 {
+            defmt::warn!(
+                "{=u32} servo pulses of the last run cut short by the break input or a clock failure",
+                last.cut
+            );
+        }
+        if last.on {
+            defmt::warn!("the reset came while the outputs were on: up to 4 servo pulses cut short by it");
+        }
+    }
+
+    /// The board arms while a debugger is attached.
+    pub(crate) fn armed_with_debugger() {
+        defmt::warn!(
+            "armed with a debugger attached: it may halt the core; then the pulses go on until the watchdog resets the board"
+        );
     }
 
     pub(super) fn refused(refused: &Refused) {
@@ -218,13 +246,15 @@ mod lines {
 mod lines {
     use firmware::liveness::Part;
     use joint_loop::tuning::Answer;
-    use wire::{Boot, Change, Frame, Refused};
+    use wire::{Boot, Change, Frame, LastOutputs, Refused};
 
     use crate::faults::LastRun;
 
     pub(super) fn wire(_bytes: &[u8]) {}
     pub(super) fn boot(_boot: &Boot) {}
     pub(super) fn crash(_last: &LastRun) {}
+    pub(super) fn last_outputs(_last: &LastOutputs) {}
+    pub(crate) fn armed_with_debugger() {}
     pub(super) fn refused(_refused: &Refused) {}
     pub(crate) fn stalled(_part: Part, _how: &'static str) {}
     pub(crate) fn truncated(_count: u32) {}

@@ -23,12 +23,15 @@
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
 mod clocks;
+mod debugger;
 mod environment;
 mod faults;
+mod kept_outputs;
 mod lamps;
 mod log;
 mod parameters;
 mod pins;
+mod queue;
 mod sampling;
 mod serial;
 mod servo_pwm;
@@ -39,6 +42,7 @@ mod sync_input;
 mod tasks;
 mod variant;
 mod watchdog;
+mod watchdog_clock;
 
 #[cfg(target_os = "none")]
 mod boot {
@@ -47,14 +51,16 @@ mod boot {
     use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
     use firmware::board::BOARD;
+    use firmware::interrupts::{BLOCK_END, BREAK, EDGE, Enabled, TASK_CLOCK, TICK};
     use firmware::lamp::Shown;
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
-    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
+    use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
-    use joint_units::AdcCode;
+    use joint_units::{AdcCode, PulseMicros, Volts};
+    use static_cell::{ConstStaticCell, StaticCell};
     use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
     use crate::environment::Environment;
@@ -68,15 +74,7 @@ mod boot {
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
-    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
-
-    /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick
-    /// never waits for a timer of telemetry.
-    const BREAK: Priority = Priority::P0;
-    const EDGE: Priority = Priority::P2;
-    const CONVERSION: Priority = Priority::P4;
-    const TICK: Priority = Priority::P6;
-    const TASK_CLOCK: Priority = Priority::P10;
+    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock};
 
     /// Runs the control task in an interrupt that nothing else uses (no CAN driver in this firmware).
     static TICKS: InterruptExecutor = InterruptExecutor::new();
@@ -87,42 +85,70 @@ mod boot {
         unsafe { TICKS.on_interrupt() }
     }
 
+    /// The queues between the tasks.
+    struct Queues {
+        samples: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED>,
+        frames: Queue<Frame<SENSORS>, FRAMES_QUEUED>,
+        changes: Queue<Change, CHANGES_QUEUED>,
+        edges: Queue<Edge, EDGES_QUEUED>,
+        records: Queue<Frame<SENSORS>, RECORDS_QUEUED>,
+        requests: Queue<Request, REQUESTS_QUEUED>,
+        answers: Queue<Answer, REQUESTS_QUEUED>,
+        settings: Queue<(u32, Settings), REQUESTS_QUEUED>,
+    }
+
+    // What the tasks use is in statics, because `main` never returns: what is on its stack stays there.
+    static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
+    static LOOP: StaticCell<BoardLoop> = StaticCell::new();
+    static TELEMETRY: StaticCell<Telemetry> = StaticCell::new();
+    static THREAD: StaticCell<Executor> = StaticCell::new();
+    static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
+        samples: Queue::new(),
+        frames: Queue::new(),
+        changes: Queue::new(),
+        edges: Queue::new(),
+        records: Queue::new(),
+        requests: Queue::new(),
+        answers: Queue::new(),
+        settings: Queue::new(),
+    });
+
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        static mut SAMPLES: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED> = Queue::new();
-        static mut FRAMES: Queue<Frame<SENSORS>, FRAMES_QUEUED> = Queue::new();
-        static mut CHANGES: Queue<Change, CHANGES_QUEUED> = Queue::new();
-        static mut EDGES: Queue<Edge, EDGES_QUEUED> = Queue::new();
-        static mut RECORDS: Queue<Frame<SENSORS>, RECORDS_QUEUED> = Queue::new();
-        static mut REQUESTS: Queue<Request, REQUESTS_QUEUED> = Queue::new();
-        static mut ANSWERS: Queue<Answer, REQUESTS_QUEUED> = Queue::new();
-        static mut SETTINGS: Queue<(u32, Settings), REQUESTS_QUEUED> = Queue::new();
-        static mut THREAD: Option<Executor> = None;
-        static mut LOOP: Option<BoardLoop> = None;
-        static mut PARAMETERS: Option<Parameters> = None;
+        let telemetry = start_up();
+        THREAD.init(Executor::new()).run(|thread| {
+            thread.spawn(only(telemetry::telemetry_task(telemetry)));
+            thread.spawn(only(reloading::watchdog_task()));
+        })
+    }
 
+    /// Starts everything but the tasks of the thread; the ticks run when it returns.
+    ///
+    /// A function of its own, as [`build_loop`]: the stack that it takes is free again afterwards.
+    #[inline(never)]
+    fn start_up() -> &'static mut Telemetry {
         // Drive the pins low, read the reset cause, then start the crystal.
         servo_pwm::drive_pins_low();
         let last_run = faults::last_run();
         let reference_cal = sampling::reference_calibration();
         let environment = Environment::new(reference_cal, sampling::temperature_calibration());
         let clock = clocks::start();
-        let Built { joint_loop, boot, unnamed, sensors } =
-            build_loop(LOOP, PARAMETERS, &last_run, reference_cal, clock);
-        let outputs = Outputs::new(BREAK);
+        let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run, reference_cal, clock);
+        let outputs = Outputs::new(urgency(&BREAK));
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
         BOARD.foot_switch.set_pull(Pupdr::PULL_DOWN);
         BOARD.foot_switch.set_mode(Moder::INPUT);
         lamps::start();
-        let (samples_in, samples_out) = SAMPLES.split();
-        let (frames_in, frames_out) = FRAMES.split();
-        let (changes_in, changes_out) = CHANGES.split();
-        let (edges_in, edges_out) = EDGES.split();
-        let (records_in, records_out) = RECORDS.split();
-        let (requests_in, requests_out) = REQUESTS.split();
-        let (answers_in, answers_out) = ANSWERS.split();
-        let (settings_in, settings_out) = SETTINGS.split();
+        let queues = QUEUES.take();
+        let (samples_in, samples_out) = queues.samples.split();
+        let (frames_in, frames_out) = queues.frames.split();
+        let (changes_in, changes_out) = queues.changes.split();
+        let (edges_in, edges_out) = queues.edges.split();
+        let (records_in, records_out) = queues.records.split();
+        let (requests_in, requests_out) = queues.requests.split();
+        let (answers_in, answers_out) = queues.answers.split();
+        let (settings_in, settings_out) = queues.settings.split();
         let control = Control {
             joint_loop,
             outputs,
@@ -144,22 +170,24 @@ mod boot {
             flooded: false,
         };
 
+        // Before the watchdog starts: a clock that is too fast resets the board soon after.
+        watchdog_clock::measure();
         // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
-        interrupt::TIM4.set_priority(TASK_CLOCK);
-        interrupt::CAN1_TX.set_priority(TICK);
+        interrupt::TIM4.set_priority(urgency(&TASK_CLOCK));
+        interrupt::CAN1_TX.set_priority(urgency(&TICK));
         let ticks = TICKS.start(interrupt::CAN1_TX);
         ticks.spawn(only(control::control_task(control)));
-        sync_input::start(EDGE);
+        sync_input::start(urgency(&EDGE));
         // Servo frames and ticks keep the distance that they have here: their timers have one clock.
         cortex_m::interrupt::free(|_| {
-            sampling::start(CONVERSION);
+            sampling::start(urgency(&BLOCK_END));
             servo_pwm::start_frames();
         });
 
         let mut port = serial::start(requests_in);
         port.send(&Record::Boot(boot));
-        let telemetry = Telemetry {
+        TELEMETRY.init(Telemetry {
             port,
             records: records_out,
             answers: answers_out,
@@ -176,11 +204,13 @@ mod boot {
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
             truncated: 0,
-        };
-        THREAD.insert(Executor::new()).run(|thread| {
-            thread.spawn(only(telemetry::telemetry_task(telemetry)));
-            thread.spawn(only(reloading::watchdog_task()));
+            refused_clock: None,
         })
+    }
+
+    /// The priority of an interrupt for the HAL: the chips have the upper four bits of its byte.
+    fn urgency(interrupt: &Enabled) -> Priority {
+        Priority::from(interrupt.priority << 4)
     }
 
     /// The loop, the boot record, and how many sensors there are.
@@ -196,15 +226,9 @@ mod boot {
     ///
     /// A function of its own, because the stack that it takes is free again afterwards.
     #[inline(never)]
-    fn build_loop(
-        place: &'static mut Option<BoardLoop>,
-        parameters: &'static mut Option<Parameters>,
-        last_run: &LastRun,
-        reference_cal: AdcCode,
-        clock: Result<(), clocks::NoHse>,
-    ) -> Built {
+    fn build_loop(last_run: &LastRun, reference_cal: AdcCode, clock: Result<(), clocks::NoHse>) -> Built {
         // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
-        let loaded = parameters::read(parameters);
+        let loaded = parameters::read(&PARAMETERS);
         let boot = log::boot(last_run, reference_cal, loaded.as_ref().ok());
         let (parameters, unnamed) = match &loaded {
             Ok(loaded) => (loaded.parameters, loaded.unnamed),
@@ -218,12 +242,26 @@ mod boot {
         }
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
-        match board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
+        match place_loop(parameters, reference_cal, min_supply) {
             Ok(joint_loop) => {
-                Built { joint_loop: place.insert(joint_loop), boot, unnamed, sensors: parameters.sensors.count() }
+                // Where the last pulses of the run before are not known, an arming starts at the park pose.
+                if let Some(last) = last_run.outputs {
+                    joint_loop.start_from(last.pulses_us.map(PulseMicros));
+                }
+                Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() }
             }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }
+    }
+
+    /// Builds the loop and puts it into its place. A function of its own, because the loop is large: it is on the stack only here.
+    #[inline(never)]
+    fn place_loop(
+        parameters: &'static Parameters,
+        reference_cal: AdcCode,
+        min_supply: Volts,
+    ) -> Result<&'static mut BoardLoop, BoardLoopError> {
+        board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED).map(|joint_loop| LOOP.init(joint_loop))
     }
 
     /// The one instance of a task.

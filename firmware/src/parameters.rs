@@ -5,6 +5,7 @@ use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECT
 use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
 use joint_loop::store::{generator_record, robot_record, sensor_record};
 use joint_loop::{GeneratorConfig, RecordName, RobotConfig};
+use static_cell::StaticCell;
 use wire::{RecordId, Subject};
 
 const _: () = assert!(
@@ -66,9 +67,9 @@ impl core::fmt::Display for NoParameters {
 ///
 /// Each part is read by a function that is not inlined and written to its place at once: the parameters are large, and copies of them would
 /// take more of the stack than everything else.
-pub(crate) fn read(place: &'static mut Option<Parameters>) -> Result<Loaded, NoParameters> {
+pub(crate) fn read(place: &'static StaticCell<Parameters>) -> Result<Loaded, NoParameters> {
     let (robot_config, robot) = read_robot()?;
-    let parameters = place.insert(built_in(robot_config)?);
+    let parameters = place.init(built_in(robot_config)?);
     let stored = read_generator(&mut parameters.generator)?;
     let unnamed = [unnamed_generator(&parameters.generator), unnamed_robot(&parameters.robot)];
     let generator = stored.unwrap_or_else(|| id(&RecordName::BUILT_IN, unnamed[0]));

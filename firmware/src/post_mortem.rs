@@ -176,7 +176,7 @@ impl Record {
 }
 
 /// FNV-1a over words.
-fn checksum(words: &[u32]) -> u32 {
+pub(crate) fn checksum(words: &[u32]) -> u32 {
     words.iter().fold(0x811C_9DC5, |hash, word| (hash ^ word).wrapping_mul(0x0100_0193))
 }
 

@@ -10,7 +10,7 @@
 //!   a running one, at most 2.5 ms: [`Outputs::release`] over the ticks, [`outputs_off`] in a loop.
 //! - The break input (low stops, pulled down, so that an open contact or a cut cable stops) clears MOE in hardware, independent of the processor,
 //!   and so does the clock security system; AOE stays 0, so only a new arming sets it again. That does cut a pulse: the interrupt of the break
-//!   switches the servos' supply off ([`servo_rail`]) and counts the pulses.
+//!   switches the servos' supply off ([`servo_rail`]) and counts the pulses, also for the next boot ([`kept_outputs`]).
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
@@ -27,7 +27,7 @@ use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
 use crate::pins::PinRegisters;
-use crate::servo_rail;
+use crate::{kept_outputs, servo_rail};
 
 /// Servo frame, us: 50 Hz.
 const FRAME_US: u16 = 20_000;
@@ -94,6 +94,10 @@ pub(crate) fn outputs_off() {
     if TIM1.bdtr().read().moe() {
         set_widths(NO_PULSES);
         let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
+        kept_outputs::off();
+    } else if kept_outputs::are_on() {
+        // The clock failed, or the break came this moment: its interrupt will not run any more.
+        kept_outputs::cut_off(pulses_under_way());
     }
     TIM1.bdtr().write_value(dark());
     pins_low();
@@ -128,9 +132,15 @@ fn on_break() {
     servo_rail::off();
     // Off until the next arming: the flag comes back as long as the input is active.
     TIM1.dier().modify(|w| w.set_bie(false));
+    let cut = pulses_under_way();
+    TRUNCATED.store(truncated().wrapping_add(cut.into()), Ordering::Relaxed);
+    kept_outputs::cut_off(cut);
+}
+
+/// Servos whose pulse has begun and not ended, by the widths that were last written.
+fn pulses_under_way() -> u16 {
     let now = TIM1.cnt().read().cnt();
-    let cut = (0..BOARD.servos.len()).filter(|&channel| TIM1.ccr(channel).read().ccr() > now).count();
-    TRUNCATED.store(truncated().wrapping_add(cut as u32), Ordering::Relaxed);
+    (0..BOARD.servos.len()).filter(|&channel| TIM1.ccr(channel).read().ccr() > now).count() as u16
 }
 
 /// The four servo lines. Only the owner of this value can make pulses.
@@ -188,6 +198,7 @@ impl Outputs {
         }
         self.released = 0;
         self.set_widths(widths);
+        kept_outputs::on(widths);
     }
 
     /// Stops the pulses at the end of a running one, and then switches the servos' supply off. Must be called in every tick until the next
@@ -200,6 +211,9 @@ impl Outputs {
         if !self.driving || !in_pulse || self.released > LONGEST_TICKS {
             TIM1.bdtr().write_value(dark());
             servo_rail::off();
+            if self.driving {
+                kept_outputs::off();
+            }
             self.driving = false;
         }
     }
@@ -235,7 +249,9 @@ impl Outputs {
             && TIM1.arr().read().arr() == FRAME_US - 1
             && TIM1.rcr().read().0 == 0
             && TIM1.ccer().read() == outputs_enabled()
-            && (0..2).all(|half| TIM1.ccmr_output(half).read() == buffered_pwm());
+            // One by one: in a loop over both the compiler keeps the range check of the index.
+            && TIM1.ccmr_output(0).read() == buffered_pwm()
+            && TIM1.ccmr_output(1).read() == buffered_pwm();
         let widths =
             self.widths.iter().enumerate().all(|(channel, width)| TIM1.ccr(channel).read().ccr() == limited(*width));
         let pins = BOARD.servos.iter().chain([&BOARD.emergency_stop]).all(|pin| pin.has_function(TIM1_FUNCTION));

@@ -1,4 +1,5 @@
-//! Hardware time: TIM5 as 32 bits of free-running microseconds, and the core's cycle counter for short spans.
+//! Hardware time: TIM5 as 32 bits of free-running microseconds, and the core's cycle counter for short spans. Channel 4 of TIM5 measures the clock
+//! of the watchdog.
 //!
 //! TIM5 and the trigger timer TIM2 have the same clock, so their ratio is exact. The cycle counter may stand still while the core sleeps,
 //! so it is only used for spans without sleep. On a board that stays off, TIM5 wakes the core instead.
@@ -8,7 +9,12 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::rcc::vals::Sw;
+use embassy_stm32::pac::timer::regs::{CcerGp16, SrGp16};
+use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::pac::{RCC, TIM5};
+use firmware::oscillator::{EDGES_A_CAPTURE, INTERVALS, TIMEOUT_US, frequency};
+use firmware::pacing::since;
+use joint_loop::WatchdogHz;
 
 use crate::clocks::{self, APB1_TIMER_MHZ};
 
@@ -54,6 +60,54 @@ pub(crate) fn log_us() -> u64 {
 #[inline]
 pub(crate) fn now_us() -> u32 {
     TIM5.cnt().read()
+}
+
+/// Measures LSI, the clock of the watchdog, by the captures of [`INTERVALS`]; 0 Hz if they do not come in [`TIMEOUT_US`]. It waits for them: 1.1 ms at
+/// 32 kHz. An interrupt that is longer than an interval begins the measurement again.
+pub(crate) fn measure_watchdog_clock() -> WatchdogHz {
+    /// Channel 4, counted from 0, and in its half.
+    const CHANNEL: usize = 3;
+    const IN_HALF: usize = 1;
+    /// TI4_RMP of TIM5_OR (RM0090 18.4.20): LSI.
+    const LSI_TO_CHANNEL_4: u32 = 1 << 6;
+    const PRESCALER: u8 = EDGES_A_CAPTURE.ilog2() as u8;
+
+    RCC.csr().modify(|w| w.set_lsion(true));
+    TIM5.or().write_value(LSI_TO_CHANNEL_4);
+    TIM5.ccmr_input(1).write(|w| {
+        w.set_ccs(IN_HALF, CcmrInputCcs::TI4);
+        w.set_icpsc(IN_HALF, PRESCALER);
+    });
+    TIM5.ccer().write(|w| w.set_cce(CHANNEL, true));
+    let begun = now_us();
+    let (mut first, mut intervals) = (None, 0);
+    let mut found = WatchdogHz(0);
+    while since(now_us(), begun) < TIMEOUT_US {
+        let flags = TIM5.sr().read();
+        if !flags.ccif(CHANNEL) {
+            continue;
+        }
+        // The read clears the flag.
+        let at = TIM5.ccr(CHANNEL).read();
+        match first {
+            Some(first) if !flags.ccof(CHANNEL) => {
+                intervals += 1;
+                if intervals == INTERVALS {
+                    found = frequency(at.wrapping_sub(first));
+                    break;
+                }
+            }
+            // The first, or one was lost.
+            _ => {
+                let mut clear = SrGp16(u32::MAX);
+                clear.set_ccof(CHANNEL, false);
+                TIM5.sr().write_value(clear);
+                (first, intervals) = (Some(at), 0);
+            }
+        }
+    }
+    TIM5.ccer().write_value(CcerGp16(0));
+    found
 }
 
 /// Core cycles; wraps after 25 s.

@@ -4,15 +4,15 @@
 //! that is not wired or that rings must not delay the ticks: after [`EDGES_A_TICK`] edges the interrupt stays off until the next tick,
 //! which reports it.
 
+use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::{EXTI, RCC, SYSCFG};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
-
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use firmware::board::{BOARD, Pin};
+use heapless::Vec;
 
 use crate::clocks;
 use crate::pins::PinRegisters;
@@ -30,8 +30,8 @@ pub(crate) struct Edge {
     pub(crate) high: bool,
 }
 
-/// From the interrupt to the tick.
-static EDGES: Channel<CriticalSectionRawMutex, Edge, EDGES_A_TICK> = Channel::new();
+/// From the interrupt to the tick, oldest first. Taken and put back as a whole: a cell has no panic.
+static EDGES: CriticalSectionMutex<Cell<Vec<Edge, EDGES_A_TICK>>> = CriticalSectionMutex::new(Cell::new(Vec::new()));
 
 /// The interrupt is off because too many edges came.
 static FLOODED: AtomicBool = AtomicBool::new(false);
@@ -56,11 +56,9 @@ pub(crate) fn start(priority: Priority) {
 }
 
 /// Passes the edges since the last call to `each`, oldest first; true if there were more than fit. Called once a tick.
-pub(crate) fn take(mut each: impl FnMut(Edge)) -> bool {
-    // No more than the channel holds: a line that rings fills it as fast as it is emptied.
-    for edge in (0..EDGES_A_TICK).map_while(|_| EDGES.try_receive().ok()) {
-        each(edge);
-    }
+pub(crate) fn take(each: impl FnMut(Edge)) -> bool {
+    let edges = EDGES.lock(Cell::take);
+    edges.iter().copied().for_each(each);
     let flooded = FLOODED.swap(false, Ordering::Relaxed);
     if flooded {
         EXTI.pr(0).write(|w| w.set_line(LINE, true));
@@ -79,7 +77,14 @@ fn EXTI9_5() {
 fn on_edge() {
     let at_us = stopwatch::now_us();
     EXTI.pr(0).write(|w| w.set_line(LINE, true));
-    if EDGES.try_send(Edge { at_us, high: INPUT.is_high() }).is_err() {
+    let edge = Edge { at_us, high: INPUT.is_high() };
+    let fits = EDGES.lock(|edges| {
+        let mut all = edges.take();
+        let fits = all.push(edge).is_ok();
+        edges.set(all);
+        fits
+    });
+    if !fits {
         EXTI.imr(0).modify(|w| w.set_line(LINE, false));
         FLOODED.store(true, Ordering::Relaxed);
     }

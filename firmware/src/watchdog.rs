@@ -1,13 +1,21 @@
 //! The independent watchdog: started once, never stopped, and running on while a debugger halts the core. [`firmware::liveness`] decides
 //! when to reload it.
 //!
+//! Its clock is measured by [`crate::stopwatch`].
+//!
 //! Written by registers, because the HAL computes the time-out for the nominal 32 kHz only.
 
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
 use firmware::liveness::{PRESCALER, RELOAD};
+use firmware::pacing::since;
+
+use crate::stopwatch;
 
 const _: () = assert!(PRESCALER == 4, "the divider that `start` writes");
+
+/// Longest wait for the registers, us: that of a clock of 1 kHz.
+const UPDATE_TIMEOUT_US: u32 = 10_000;
 
 /// Keeps the watchdog and TIM1 running while a debugger halts the core. A halted core must not leave the last pulse on the servos for longer than
 /// a hang does; if TIM1 stopped, its pins would keep their level.
@@ -23,8 +31,9 @@ pub(crate) fn start() {
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
     IWDG.rlr().write(|w| w.set_rl(RELOAD));
-    // The registers take up to five slow cycles each (RM0090 21.4.4): 0.6 ms at 17 kHz. The watchdog is running, so this loop ends.
-    while IWDG.sr().read().0 != 0 {}
+    // The registers take up to five slow cycles each (RM0090 21.4.4): 0.6 ms at 17 kHz. With a clock that stands still they are never ready.
+    let begun = stopwatch::now_us();
+    while IWDG.sr().read().0 != 0 && since(stopwatch::now_us(), begun) < UPDATE_TIMEOUT_US {}
     feed();
 }
 

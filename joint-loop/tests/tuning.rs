@@ -7,8 +7,8 @@ use hgod_adc::Validity;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::tuning::{Action, Answer, LONGEST_WAIT_S, Outcome, Parameter, RAMP_S, Request};
 use joint_loop::{
-    BoardFaults, Cause, FollowConfig, GateConfig, GeneratorConfig, RobotConfig, SENSORS, Sample, SeriesConfig,
-    ShapeConfig, SupervisorState,
+    BoardFaults, Cause, Debugger, FollowConfig, GateConfig, GeneratorConfig, RobotConfig, SENSORS, Sample,
+    SeriesConfig, ShapeConfig, SupervisorState, WatchdogHz,
 };
 use joint_units::{AdcCode, Joint, PulseMicros, Radians, Volts};
 use proptest::prelude::*;
@@ -21,6 +21,8 @@ const IDLE: Sample<SENSORS> = Sample {
     foot: false,
     late: false,
     faults: BoardFaults::NONE,
+    watchdog_clock: Some(WatchdogHz(32_000)),
+    debugger: Debugger::Absent,
     request: None,
 };
 

@@ -5,6 +5,7 @@
 
 use crate::gestures;
 use firmware::board::ROBOT_SECTOR;
+use footfall::board::host_copy::begin;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
@@ -111,6 +112,7 @@ impl Booted {
         let mut joints =
             board_loop(parameters, AdcCode(boot.reference_cal), Volts(boot.min_supply_v), boot.sensor_required)
                 .expect("the loop");
+        begin(&mut joints, boot);
         let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
@@ -265,6 +267,7 @@ impl Board {
             let option = option.to_string_lossy();
             option.starts_with("--emergency-stop") || option.contains("PB12")
         });
+        let violates = options.iter().any(|option| option == "--violates");
         let stop = ["--emergency-stop", gestures::STOP_TEST];
         let download = ["--flash".into(), OsString::from(format!("{sector}{}", record.path().display()))];
         let child = Command::new(&self.program)
@@ -278,10 +281,10 @@ impl Board {
             .spawn()
             .unwrap_or_else(|error| panic!("{}: {error}", self.program.display()));
         let (text, code) = wait(child);
-        self.read(parameters, text, code)
+        self.read(parameters, text, code, violates)
     }
 
-    fn read(&self, parameters: &Parameters, output: String, code: Option<i32>) -> Ran {
+    fn read(&self, parameters: &Parameters, output: String, code: Option<i32>, violates: bool) -> Ran {
         let mut session = BoardRun::new(&self.image, parameters.clone());
         let mut decoder = self.image.decoder();
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
@@ -309,6 +312,13 @@ impl Board {
             }
         }
         let end = end.unwrap_or_else(|| panic!("no last line, exit code {code:?}"));
+        // Here, so that no test can leave it out. A run with `--violates REASON` is meant to have violations.
+        assert_eq!(end.judged.violations > 0, violates, "pulses that no servo may get: {:#?}", end.judged.first);
+        assert!(
+            end.judged.trimmed.is_empty(),
+            "outside the range of its joint, as in a trim: {:?}",
+            end.judged.trimmed
+        );
         Ran { boots, pulses, remarks, end, books: session.counters().clone(), code, output }
     }
 }

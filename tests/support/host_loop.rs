@@ -5,7 +5,7 @@ use crate::recordings::default_volts;
 use footfall::board::default_loop::{BoardLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
-use joint_loop::{BoardFaults, Command, Frame, SENSORS, Sample};
+use joint_loop::{BoardFaults, Command, Frame, SENSORS, Sample, WatchdogHz};
 use joint_units::{AdcCode, Volts};
 
 /// A leg with a sensor, a converter and the loop.
@@ -72,7 +72,9 @@ impl HostLoop {
         // After the boot the emergency stop is tested.
         let is_test = (25..50).contains(&self.tick);
         let faults = if is_test { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
-        let sample = Sample { elapsed, codes: [code; SENSORS], vrefint, button, faults, ..Sample::default() };
+        let watchdog_clock = Some(WatchdogHz(32_000));
+        let sample =
+            Sample { elapsed, codes: [code; SENSORS], vrefint, button, faults, watchdog_clock, ..Sample::default() };
         let command = self.joints.tick(&sample);
         Ticked { sample, command, frame: self.joints.frame() }
     }

@@ -30,6 +30,20 @@ pub struct Boot {
     pub robot: Option<RecordId>,
     /// Whether the outputs stay off: the image is built with the feature `shadow`.
     pub shadow: bool,
+    /// How the outputs of the run before the reset ended; `None` where the reset lost it: after a power-on or a brown-out.
+    pub last_outputs: Option<LastOutputs>,
+}
+
+/// How the servo outputs of a run ended, from memory that a reset keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LastOutputs {
+    /// The last pulses that the loop commanded, in joint order, us; 0: none, or so long ago that they are not known any more. The loop starts its
+    /// next motion from them ([`joint_loop::JointLoop::start_from`]).
+    pub pulses_us: [u16; 4],
+    /// Whether the outputs were on when the reset came: it may have cut the pulse of each servo.
+    pub on: bool,
+    /// Pulses that the break input or a clock failure cut short in that run.
+    pub cut: u32,
 }
 
 /// What identifies a record in flash: its name is for people, its check sum is of all of it, the name included.

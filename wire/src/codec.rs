@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Answered, Boot, Change, Cost, Edge, Environment, Frame, Inputs, Port, Refused, Settings, VERSION};
 
-/// Bytes of the longest record: [`Inputs`] of ten calls with four sensors and a request each.
-pub const MAX_BYTES: usize = 297;
+/// Bytes of the longest record: [`Inputs`] of ten calls with four sensors, a measurement and a request each.
+pub const MAX_BYTES: usize = 357;
 
 /// A record: its kind, one byte, then its fields in the order of their declaration. The order of the kinds is part of the version,
 /// so a further kind is a new version: a host must know every one.
@@ -27,7 +27,7 @@ pub enum Record {
     Edge(Edge),
     /// Load and reserves, once a second.
     Cost(Cost),
-    /// Temperature and supply, once a second.
+    /// Conditions of the chip, once a second.
     Environment(Environment),
     /// The loop answers a request.
     Answered(Answered),

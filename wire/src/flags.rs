@@ -1,9 +1,9 @@
 //! The inputs of a call beside the converter's codes, as bits.
 
-use joint_loop::{BoardFaults, Sample};
+use joint_loop::{BoardFaults, Debugger, Sample};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
-/// Button, foot switch, lateness and board faults of one call of the loop.
+/// Button, foot switch, lateness, board faults and debugger of one call of the loop.
 ///
 /// ```
 /// use wire::Flags;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 /// let flags = Flags::from_bits(0b1_0000_0101).unwrap();
 /// assert!(flags.button() && flags.foot() && !flags.late());
 /// assert_eq!(flags.faults(), BoardFaults::ADC_OVERRUN);
-/// assert_eq!(Flags::from_bits(1 << 9), None);
+/// assert_eq!(Flags::from_bits(1 << 11), None);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 pub struct Flags(u16);
@@ -21,8 +21,16 @@ impl Flags {
     const LATE: u16 = 1 << 1;
     const FAULTS_SHIFT: u32 = 2;
     const FOOT: u16 = 1 << 8;
-    /// All bits that have a meaning: 0 button, 1 late, 2 to 7 faults of the board, 8 foot on the floor.
-    pub const ALL: u16 = Self::BUTTON | Self::LATE | ((BoardFaults::CARRIED as u16) << Self::FAULTS_SHIFT) | Self::FOOT;
+    const DEBUGGER: u16 = 1 << 9;
+    const REFUSED: u16 = 1 << 10;
+    /// All bits that have a meaning: 0 button, 1 late, 2 to 7 faults of the board, 8 foot on the floor, 9 a debugger is attached, 10 the board
+    /// refuses it.
+    pub const ALL: u16 = Self::BUTTON
+        | Self::LATE
+        | ((BoardFaults::CARRIED as u16) << Self::FAULTS_SHIFT)
+        | Self::FOOT
+        | Self::DEBUGGER
+        | Self::REFUSED;
 
     /// The flags of a sample.
     #[must_use]
@@ -37,13 +45,19 @@ impl Flags {
         if sample.foot {
             bits |= Self::FOOT;
         }
+        bits |= match sample.debugger {
+            Debugger::Absent => 0,
+            Debugger::Attached => Self::DEBUGGER,
+            Debugger::Refused => Self::DEBUGGER | Self::REFUSED,
+        };
         Self(bits)
     }
 
-    /// From bits; `None` where one is set that is not in [`Flags::ALL`].
+    /// From bits; `None` where one is set that is not in [`Flags::ALL`], or a debugger is refused that is not attached.
     #[must_use]
     pub const fn from_bits(bits: u16) -> Option<Self> {
-        if bits & !Self::ALL == 0 { Some(Self(bits)) } else { None }
+        let is_known = bits & !Self::ALL == 0 && bits & (Self::DEBUGGER | Self::REFUSED) != Self::REFUSED;
+        if is_known { Some(Self(bits)) } else { None }
     }
 
     /// As bits, see [`Flags::ALL`].
@@ -70,6 +84,16 @@ impl Flags {
         self.0 & Self::FOOT != 0
     }
 
+    /// Whether a debugger is attached.
+    #[must_use]
+    pub const fn debugger(self) -> Debugger {
+        match self.0 & (Self::DEBUGGER | Self::REFUSED) {
+            0 => Debugger::Absent,
+            Self::DEBUGGER => Debugger::Attached,
+            _ => Debugger::Refused,
+        }
+    }
+
     /// Faults that the board found since the previous call.
     #[must_use]
     pub const fn faults(self) -> BoardFaults {
@@ -80,7 +104,8 @@ impl Flags {
 impl<'de> Deserialize<'de> for Flags {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let bits = u16::deserialize(from)?;
-        let unknown = || de::Error::invalid_value(de::Unexpected::Unsigned(bits.into()), &"bits 0 to 8");
+        let unknown =
+            || de::Error::invalid_value(de::Unexpected::Unsigned(bits.into()), &"bits 0 to 10, and 9 with 10");
         Self::from_bits(bits).ok_or_else(unknown)
     }
 }

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 use joint_loop::tuning::Request;
-use joint_loop::{MAX_ELAPSED, SENSORS, Sample};
+use joint_loop::{MAX_ELAPSED, SENSORS, Sample, WatchdogHz};
 use joint_units::AdcCode;
 use serde::{Deserialize, Serialize};
 
@@ -29,8 +29,10 @@ pub struct Call {
     pub reference: u16,
     /// Control periods since the call before: 1, or more where periods were missed.
     pub elapsed: u8,
-    /// Button, foot switch, lateness and faults.
+    /// Button, foot switch, lateness, faults and debugger.
     pub flags: Flags,
+    /// A new measurement of the clock of the watchdog, Hz; 0: it stands still.
+    pub watchdog_hz: Option<u32>,
     /// What a host asked for in this call.
     #[serde(with = "request::option")]
     pub request: Option<Request>,
@@ -70,6 +72,7 @@ impl Call {
             reference: sample.vrefint.0,
             elapsed: sample.elapsed.min(MAX_ELAPSED) as u8,
             flags: Flags::of(sample),
+            watchdog_hz: sample.watchdog_clock.map(|WatchdogHz(hz)| hz),
             request: sample.request,
         }
     }
@@ -89,6 +92,8 @@ impl Call {
             foot: self.flags.foot(),
             late: self.flags.late(),
             faults: self.flags.faults(),
+            watchdog_clock: self.watchdog_hz.map(WatchdogHz),
+            debugger: self.flags.debugger(),
             request: self.request,
         }
     }

@@ -15,7 +15,7 @@ mod request;
 mod settings;
 mod text;
 
-pub use boot::{Boot, RecordId, Refused, Reset, Subject};
+pub use boot::{Boot, LastOutputs, RecordId, Refused, Reset, Subject};
 pub use codec::{DecodeError, Kind, MAX_BYTES, Record, decode, encode};
 pub use events::{Change, Edge};
 pub use flags::Flags;
@@ -31,4 +31,4 @@ pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.
-pub const VERSION: u16 = 5;
+pub const VERSION: u16 = 6;

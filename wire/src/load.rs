@@ -1,4 +1,4 @@
-//! What a board reports once a second: load and reserves of the processor, temperature and supply of the chip.
+//! What a board reports once a second: load and reserves of the processor, conditions of the chip.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,11 +19,15 @@ pub struct Cost {
     pub truncated: u32,
 }
 
-/// Means over the last second.
+/// Conditions of the chip: means over the last second, unless the field says otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Environment {
     /// Temperature of the die, degrees Celsius; `None` on a chip without usable factory readings.
     pub die_c: Option<f32>,
     /// Supply of the converter, V; `None` where the reference has no usable reading.
     pub supply_v: Option<f32>,
+    /// Measured clock of the watchdog, Hz; 0: it stands still, `None`: not measured. The last measurement, not a mean.
+    pub watchdog_hz: Option<u32>,
+    /// Whether a debugger is attached to the core, at the moment of the report.
+    pub debugger: bool,
 }

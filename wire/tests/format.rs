@@ -1,4 +1,4 @@
-//! The bytes of version 5, an example of each record. A change here is another version: raise [`wire::VERSION`].
+//! The bytes of version 6, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
@@ -17,14 +17,15 @@ fn call(codes: &[u16], flags: u16) -> Call {
         reference: 1502,
         elapsed: 1,
         flags: Flags::from_bits(flags).expect("known bits"),
+        watchdog_hz: None,
         request: None,
     }
 }
 
-/// An example of each record with its bytes in version 5.
+/// An example of each record with its bytes in version 6.
 fn examples() -> [(Record, Vec<u8>); 11] {
     let boot = Boot {
-        version: 5,
+        version: 6,
         board: "f4-discovery".try_into().expect("it fits"),
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
@@ -36,6 +37,7 @@ fn examples() -> [(Record, Vec<u8>); 11] {
         sensors: None,
         robot: Some(RecordId::new("", 1)),
         shadow: false,
+        last_outputs: Some(LastOutputs { pulses_us: [1500, 1520, 1056, 0], on: true, cut: 3 }),
     };
     let frame = Frame {
         tick: 300,
@@ -67,7 +69,8 @@ fn examples() -> [(Record, Vec<u8>); 11] {
     let still = Frame { sensors: [None; 4], following: None, ..frame };
     assert!(matches!(round(&Record::Frame(still)), Record::Frame(still) if still.following.is_none()));
     let action = Action::Set { parameter: Parameter::Speed, thousandths: -1_250 };
-    let asked = Call { request: Some(Request { number: 300, action }), ..call(&[127], 0x101) };
+    let asked =
+        Call { request: Some(Request { number: 300, action }), watchdog_hz: Some(32_000), ..call(&[127], 0x701) };
     let inputs = Inputs { first_tick: 300, calls: vec(&[call(&[2048], 0), asked]) };
     let set = |of: Values, parameter, thousandths| of.with(parameter, thousandths).expect("in its range");
     let settings = set(set(Values::default(), Parameter::Speed, 1_250), Parameter::Offset(Joint::RightKnee), -2);
@@ -75,13 +78,13 @@ fn examples() -> [(Record, Vec<u8>); 11] {
         (
             Record::Boot(boot),
             [
-                &[0, 5, 12][..],
+                &[0, 6, 12][..],
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
                 &[2, 2, 0xde, 0x0b, 0, 0, 0x30, 0x40, 1, 1, 4],
                 b"walk",
-                &[0xee, 0xff, 0x83, 0x06, 0, 1, 0, 1, 0],
+                &[0xee, 0xff, 0x83, 0x06, 0, 1, 0, 1, 0, 1, 0xdc, 0x0b, 0xf0, 0x0b, 0xa0, 8, 0, 1, 3],
             ]
             .concat(),
         ),
@@ -94,8 +97,8 @@ fn examples() -> [(Record, Vec<u8>); 11] {
             Record::Inputs(inputs),
             [
                 &[3, 0xac, 2, 2][..],
-                &[1, 0x80, 0x10, 0xde, 0x0b, 1, 0, 0],
-                &[1, 0x7f, 0xde, 0x0b, 1, 0x81, 2, 1, 0xac, 2, 3, 0xc3, 0x13],
+                &[1, 0x80, 0x10, 0xde, 0x0b, 1, 0, 0, 0],
+                &[1, 0x7f, 0xde, 0x0b, 1, 0x81, 0x0e, 1, 0x80, 0xfa, 1, 1, 0xac, 2, 3, 0xc3, 0x13],
             ]
             .concat(),
         ),
@@ -126,7 +129,15 @@ fn examples() -> [(Record, Vec<u8>); 11] {
             }),
             vec![6, 0x8c, 0x47, 38, 2, 0x84, 7, 0x90, 0xbf, 5, 3],
         ),
-        (Record::Environment(Environment { die_c: Some(31.25), supply_v: None }), vec![7, 1, 0, 0, 0xfa, 0x41, 0]),
+        (
+            Record::Environment(Environment {
+                die_c: Some(31.25),
+                supply_v: None,
+                watchdog_hz: Some(32_000),
+                debugger: true,
+            }),
+            vec![7, 1, 0, 0, 0xfa, 0x41, 0, 1, 0x80, 0xfa, 1, 1],
+        ),
         (Record::Answered(Answered { tick: 300, number: 7, outcome: Outcome::OutOfRange }), vec![8, 0xac, 2, 7, 2]),
         (
             Record::Port(Port { requests: 1, malformed: 300, other_version: 2, too_many: 3, not_sent: 4 }),
@@ -148,8 +159,8 @@ fn round(record: &Record) -> Record {
 }
 
 #[test]
-fn the_bytes_are_those_of_version_5() {
-    assert_eq!(VERSION, 5);
+fn the_bytes_are_those_of_version_6() {
+    assert_eq!(VERSION, 6);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
         let name = record.kind().name();
@@ -160,7 +171,7 @@ fn the_bytes_are_those_of_version_5() {
 }
 
 #[test]
-fn the_numbers_of_states_are_those_of_version_5() {
+fn the_numbers_of_states_are_those_of_version_6() {
     // What the lists of the cores hold, in order: another order is another version.
     let names = |all: &[&str]| all.join(" ");
     assert_eq!(
@@ -171,7 +182,7 @@ fn the_numbers_of_states_are_those_of_version_5() {
         names(&Cause::ALL.map(Cause::name)),
         "none button sensor_open sensor_short sensor_saturated sensor_stuck sensor_spike sensor_rate sensor_out_of_table \
          sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board request host_silent supply late \
-         hold_short hold_long presses person_stands stop_untested"
+         hold_short hold_long presses person_stands stop_untested watchdog_clock debugger"
     );
     assert_eq!(
         names(&Validity::ALL.map(Validity::name)),
@@ -203,13 +214,13 @@ fn the_numbers_of_states_are_those_of_version_5() {
 fn another_version_is_refused_in_words() {
     // Only kind and version are as in every version; what follows may be anything, or nothing.
     for rest in [&[][..], &[1, 2, 3], &[0xff; 100]] {
-        let bytes = [&[0, 6][..], rest].concat();
-        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 6 }));
+        let bytes = [&[0, 7][..], rest].concat();
+        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 7 }));
     }
     assert_eq!(decode(&[0, 0xff, 0xff, 3]), Err(DecodeError::Version { board: 65_535 }));
     assert_eq!(
-        DecodeError::Version { board: 6 }.to_string(),
-        "the board sends records of version 6, this program reads version 5: flash the image of this checkout, or use the `footfall` \
+        DecodeError::Version { board: 7 }.to_string(),
+        "the board sends records of version 7, this program reads version 6: flash the image of this checkout, or use the `footfall` \
          of the checkout that the board's image was built from"
     );
 }
@@ -220,13 +231,13 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[][..], "record of 0 bytes; allowed are 1 to 297"),
         (
             &[11, 1, 2],
-            "unknown record kind 11 (3 bytes); version 5 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+            "unknown record kind 11 (3 bytes); version 6 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
              7 environment, 8 answered, 9 port, 10 settings",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
-        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 5"),
+        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 6"),
         (&[0], "boot record ends inside a field after 1 bytes"),
-        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 5 can have"),
+        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 6 can have"),
         (&[2, 7, 8, 0], "change record of 4 bytes holds a value"),
         (&[2, 7, 5, 29], "change record of 4 bytes holds a value"),
         // A gait beyond the list.
@@ -264,7 +275,8 @@ fn the_longest_record_fills_the_buffer() {
         codes: vec(&[u16::MAX; 4]),
         reference: u16::MAX,
         elapsed: 255,
-        flags: Flags::from_bits(0x1ff).unwrap(),
+        flags: Flags::from_bits(Flags::ALL).unwrap(),
+        watchdog_hz: Some(u32::MAX),
         request: Some(Request { number: u16::MAX, action }),
     };
     let inputs = Record::Inputs(Inputs { first_tick: u32::MAX, calls: vec(&vec![most; CALLS]) });
@@ -306,9 +318,14 @@ fn printed_records_are_found() {
 #[test]
 fn a_sample_comes_back_whole() {
     for bits in 0..=Flags::ALL {
-        let flags = Flags::from_bits(bits).unwrap();
+        // A debugger that is refused is attached.
+        let Some(flags) = Flags::from_bits(bits) else {
+            assert_eq!(bits >> 9, 2);
+            continue;
+        };
+        let watchdog_hz = (bits % 3 == 0).then_some(bits.into());
         let request = (bits % 2 == 0).then_some(Request { number: bits, action: Action::Undo });
-        let call = Call { codes: vec(&[1, 2, 3, 4]), reference: 9, elapsed: 255, flags, request };
+        let call = Call { codes: vec(&[1, 2, 3, 4]), reference: 9, elapsed: 255, flags, watchdog_hz, request };
         let sample = call.sample();
         assert_eq!((Flags::of(&sample).bits(), Call::of(&sample, 4)), (bits, call));
     }

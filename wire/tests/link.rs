@@ -117,18 +117,18 @@ fn a_record_comes_back_from_its_frame() {
     assert_eq!(payloads.len(), 1);
     let payload = payloads[0].as_ref().expect("a frame");
     assert_eq!(decode_framed(payload), Ok(record));
-    assert_eq!(decode_framed(&[6]), Err(DecodeError::Version { board: 6 }));
+    assert_eq!(decode_framed(&[7]), Err(DecodeError::Version { board: 7 }));
     assert_eq!(decode_framed(&[]), Err(DecodeError::Empty));
 }
 
 #[test]
 fn another_version_is_refused_in_words() {
     for rest in [&[][..], &[1, 2, 3], &[0xff; 40]] {
-        let payload = [&[6][..], rest].concat();
-        assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 6 }));
+        let payload = [&[7][..], rest].concat();
+        assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 7 }));
     }
-    let words = "a request of version 6; this board takes version 5: use the `footfall` of the checkout that its image was built from";
-    assert_eq!(RequestError::Version { host: 6 }.to_string(), words);
+    let words = "a request of version 7; this board takes version 6: use the `footfall` of the checkout that its image was built from";
+    assert_eq!(RequestError::Version { host: 7 }.to_string(), words);
 }
 
 proptest! {

@@ -31,7 +31,10 @@ fn record_id() -> impl Strategy<Value = Option<RecordId>> {
 fn boot() -> impl Strategy<Value = Record> {
     let names = (text(), text(), select(&Reset::ALL[..]));
     let numbers = (any::<u32>(), any::<u16>(), float(), (record_id(), record_id(), record_id()));
-    (names, numbers, any::<bool>(), any::<bool>()).prop_map(|(names, numbers, sensor_required, shadow)| {
+    let last = (prop::array::uniform4(any::<u16>()), any::<bool>(), any::<u32>())
+        .prop_map(|(pulses_us, on, cut)| LastOutputs { pulses_us, on, cut });
+    let last = prop::option::of(last);
+    (names, numbers, any::<bool>(), any::<bool>(), last).prop_map(|(names, numbers, sensor_required, shadow, last)| {
         let ((board, chip, reset), (streak, reference_cal, min_supply_v, (generator, sensors, robot))) =
             (names, numbers);
         Record::Boot(Boot {
@@ -47,14 +50,24 @@ fn boot() -> impl Strategy<Value = Record> {
             sensors,
             robot,
             shadow,
+            last_outputs: last,
         })
     })
 }
 
 fn inputs() -> impl Strategy<Value = Record> {
     let flags = any::<u16>().prop_filter_map("known bits", |bits| Flags::from_bits(bits & Flags::ALL));
-    let call = (few::<u16, SENSORS>(any::<u16>()), any::<u16>(), any::<u8>(), flags, prop::option::of(request()))
-        .prop_map(|(codes, reference, elapsed, flags, request)| Call { codes, reference, elapsed, flags, request });
+    let rest = (flags, prop::option::of(any::<u32>()), prop::option::of(request()));
+    let call = (few::<u16, SENSORS>(any::<u16>()), any::<u16>(), any::<u8>(), rest).prop_map(
+        |(codes, reference, elapsed, (flags, watchdog_hz, request))| Call {
+            codes,
+            reference,
+            elapsed,
+            flags,
+            watchdog_hz,
+            request,
+        },
+    );
     (any::<u32>(), few::<Call, CALLS>(call))
         .prop_map(|(first_tick, calls)| Record::Inputs(Inputs { first_tick, calls }))
 }
@@ -139,8 +152,10 @@ fn record() -> impl Strategy<Value = Record> {
             truncated: f,
         })
     });
-    let environment = prop::array::uniform2(prop::option::of(float()))
-        .prop_map(|[die_c, supply_v]| Record::Environment(Environment { die_c, supply_v }));
+    let environment = (prop::array::uniform2(prop::option::of(float())), prop::option::of(any::<u32>()), any::<bool>())
+        .prop_map(|([die_c, supply_v], watchdog_hz, debugger)| {
+            Record::Environment(Environment { die_c, supply_v, watchdog_hz, debugger })
+        });
     let answered = (any::<u32>(), any::<u16>(), select(&Outcome::ALL[..]))
         .prop_map(|(tick, number, outcome)| Record::Answered(Answered { tick, number, outcome }));
     let port = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {

@@ -22,7 +22,7 @@ const FAULTS: &str = "tests/campaign/faults.toml";
 const RUNS: [&str; 3] = ["walk", "trim", "follower"];
 const FOLLOWER: &str = "tests/campaign/follower.toml";
 /// What the gait sensor measures meanwhile: a walk.
-const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
+pub(crate) const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
 
 /// Options of `cargo xtask campaign`.
 #[derive(Debug, clap::Args)]

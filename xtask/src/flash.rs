@@ -2,7 +2,7 @@
 //! USB boot loader.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow};
@@ -10,6 +10,7 @@ use anyhow::{Context, Result, anyhow};
 use crate::board::{Board, Drive};
 use crate::dfu;
 use crate::image;
+use crate::option_bytes;
 use crate::probe::{self, Sector};
 use crate::record;
 use crate::setup::Need;
@@ -93,7 +94,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         eprintln!("{} sector: kept as it is", sector.name());
     }
     if !options.dfu {
-        probe::set_brown_out_reset(board)?;
+        option_bytes::set_brown_out_reset(Path::new("probe-rs"), board)?;
         return shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf));
     }
     let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;

@@ -10,6 +10,7 @@ mod bench;
 mod board;
 mod board_sectors;
 mod book;
+mod build_paths;
 mod campaign;
 mod dfu;
 mod dist;
@@ -19,13 +20,17 @@ mod folder;
 mod image;
 mod live;
 mod missing_requirement;
+mod mutants;
+mod option_bytes;
 mod probe;
 mod progress;
+mod ratchet;
 mod record;
 mod run;
 mod self_test;
 mod setup;
 mod shell;
+mod soak;
 mod test;
 mod toolchain;
 mod workspace;
@@ -80,6 +85,12 @@ enum Task {
     },
     /// Inject faults into the flashed image on the virtual board, each in each state at each phase of the servo frame, and print what they lead to
     Campaign(campaign::Options),
+    /// Run the flashed image for virtual hours, with its log not attached, read, and attached but not read; print what came of it
+    Soak(soak::Options),
+    /// Change the code of gate, supervision and flash records in each place, and print the changes that no test notices
+    Mutants(mutants::Options),
+    /// Compare what the image, a run of it and the source need with ratchets.toml
+    Ratchet(ratchet::Options),
     /// Build the book of all pages, and print where its first page is
     Book(book::Options),
     /// Pack a release: images, program, completions, manual pages, documentation, book, samples, check sums
@@ -120,6 +131,9 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         }
         Task::Bench { bench } => bench::bench(&bench),
         Task::Campaign(options) => campaign::campaign(&options),
+        Task::Soak(options) => soak::soak(&options),
+        Task::Mutants(options) => mutants::mutants(&options),
+        Task::Ratchet(options) => ratchet::ratchet(&options),
         Task::Book(options) => book::book(&options),
         Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {

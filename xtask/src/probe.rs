@@ -90,54 +90,6 @@ pub(crate) fn reset(board: Board) -> Result<()> {
     done(shell::command("probe-rs").args(["reset", "--chip", board.chip()]), "probe-rs reset")
 }
 
-/// Registers of the flash interface for the option bytes (RM0090 3.9.3, 3.9.6; RM0390 3.8.3, 3.8.6).
-const FLASH_OPTKEYR: u32 = 0x4002_3C08;
-const FLASH_OPTCR: u32 = 0x4002_3C14;
-
-/// The writes that set the brown-out reset to its highest level, where `optcr` says that it is off: the two keys, the new option bytes, the start
-/// of their programming, the lock. Nothing else in the option bytes changes.
-fn brown_out_writes(optcr: u32) -> Option<[(u32, u32); 5]> {
-    /// BOR_LEV, 3 is off.
-    const BOR_LEV: u32 = 3 << 2;
-    const OPTSTRT: u32 = 2;
-    const OPTLOCK: u32 = 1;
-    let new = optcr & !(BOR_LEV | OPTSTRT | OPTLOCK);
-    let [key, other_key] = [0x0819_2A3B, 0x4C5D_6E7F].map(|key| (FLASH_OPTKEYR, key));
-    (optcr & BOR_LEV == BOR_LEV).then_some([
-        key,
-        other_key,
-        (FLASH_OPTCR, new),
-        (FLASH_OPTCR, new | OPTSTRT),
-        (FLASH_OPTCR, new | OPTLOCK),
-    ])
-}
-
-/// Switches the brown-out reset on in the option bytes, if it is off. probe-rs has no command for option bytes: this writes the registers of the
-/// flash interface.
-pub(crate) fn set_brown_out_reset(board: Board) -> Result<()> {
-    let word = |address: u32| format!("0x{address:08x}");
-    let optcr = || -> Result<u32> {
-        let mut read = shell::command("probe-rs");
-        let text = shell::stdout_of(read.args(["read", "--chip", board.chip(), "b32", &word(FLASH_OPTCR), "1"]))?;
-        let bytes = bytes_of(&text).context("reading FLASH_OPTCR")?;
-        let bytes = bytes.try_into().ok().context("reading FLASH_OPTCR: not one word")?;
-        Ok(u32::from_le_bytes(bytes))
-    };
-    let Some(writes) = brown_out_writes(optcr()?) else { return Ok(()) };
-    for (address, value) in writes {
-        let mut write = shell::command("probe-rs");
-        write.args(["write", "--chip", board.chip(), "b32", &word(address), &word(value)]);
-        done(&mut write, "probe-rs write")?;
-    }
-    ensure!(
-        brown_out_writes(optcr()?).is_none(),
-        "the brown-out reset is still off in the option bytes, and the board will not arm; set it with another tool, for example \
-         `STM32_Programmer_CLI -c port=SWD -ob BOR_LEV=0`"
-    );
-    eprintln!("option bytes: the brown-out reset is on now, at its highest level");
-    Ok(())
-}
-
 /// The bytes of a sector.
 pub(crate) fn read(board: Board, sector: Sector) -> Result<Vec<u8>> {
     let words = (SECTOR_BYTES / 4).to_string();
@@ -154,7 +106,7 @@ pub(crate) fn read(board: Board, sector: Sector) -> Result<Vec<u8>> {
 }
 
 /// The bytes of a list of 32 bit words in hex, as `probe-rs read b32` prints it.
-fn bytes_of(text: &str) -> Result<Vec<u8>> {
+pub(crate) fn bytes_of(text: &str) -> Result<Vec<u8>> {
     let word = |word: &str| {
         ensure!(word.len() == 8, "`{word}` is no word of 8 hex digits");
         let number = u32::from_str_radix(word, 16).with_context(|| format!("`{word}` is no word of 8 hex digits"))?;
@@ -185,17 +137,6 @@ fn no_probe(succeeded: bool, output: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn only_the_level_of_the_brown_out_reset_changes() {
-        // As delivered: OPTLOCK, BOR off, watchdog by hardware off, no protection.
-        let writes = brown_out_writes(0x0FFF_AAED).unwrap();
-        assert_eq!(writes.map(|(_, value)| value), [0x0819_2A3B, 0x4C5D_6E7F, 0x0FFF_AAE0, 0x0FFF_AAE2, 0x0FFF_AAE1]);
-        assert_eq!(writes.map(|(address, _)| address & 0xFF), [0x08, 0x08, 0x14, 0x14, 0x14]);
-        // Any level that is on stays, and so does a protected chip's.
-        assert!([0x0FFF_AAE1, 0x0FFF_AAE5, 0x0FFF_AAE9].into_iter().all(|optcr| brown_out_writes(optcr).is_none()));
-        assert_eq!(brown_out_writes(0x0FFE_55ED).unwrap()[2].1, 0x0FFE_55E0);
-    }
 
     #[test]
     fn a_listed_probe_is_enough() {

@@ -151,6 +151,8 @@ pub(crate) enum Toolchain {
 
 /// Debian's packages for the second method: one version of compiler, cargo and library source, and the linker.
 pub(crate) const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-22"];
+/// Its target folder, below that of the workspace.
+const DEBIAN_TARGET_DIR: &str = "thumb-debian";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_RUSTDOC: &str = "/usr/bin/rustdoc";
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
@@ -193,7 +195,15 @@ impl Toolchain {
             .map_err(MissingRequirement)?;
         let links = target_dir.join("tool-links");
         link_lld(&links)?;
-        Ok(Toolchain::Debian { target_dir: target_dir.join("thumb-debian"), links })
+        Ok(Toolchain::Debian { target_dir: target_dir.join(DEBIAN_TARGET_DIR), links })
+    }
+
+    /// Where it builds, below a workspace's target folder.
+    pub(crate) fn target_dir(&self, of_workspace: &Path) -> PathBuf {
+        match self {
+            Toolchain::Active => of_workspace.to_owned(),
+            Toolchain::Debian { .. } => of_workspace.join(DEBIAN_TARGET_DIR),
+        }
     }
 
     /// The toolchain in words, for the line that reports the choice.
@@ -220,6 +230,19 @@ impl Toolchain {
                 cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core,alloc");
                 cargo.env("CARGO_TARGET_DIR", target_dir).env("PATH", shell::path_with(links));
                 cargo
+            }
+        }
+    }
+
+    /// The folders with the source of Rust's library, as the compiler may name them.
+    pub(crate) fn library(&self) -> Vec<PathBuf> {
+        match self {
+            // Compiled by others, with a name that is on no computer (`/rustc/`).
+            Toolchain::Active => Vec::new(),
+            Toolchain::Debian { .. } => {
+                let link = PathBuf::from(DEBIAN_SOURCE);
+                let folder = std::fs::canonicalize(&link).ok();
+                std::iter::once(link).chain(folder).collect()
             }
         }
     }

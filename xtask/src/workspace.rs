@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 use crate::board::{Board, Drive};
+use crate::build_paths;
 use crate::image::{self, Footprint};
 use crate::progress::{self, Build};
 use crate::setup::{self, Need, Required};
@@ -106,6 +107,9 @@ impl Workspace {
     fn thumb_cargo(&self, command: &str, package: &str, target: &str, options: &[&str]) -> Result<Command> {
         let toolchain = self.toolchain()?;
         let mut cargo = toolchain.cargo();
+        let root = std::env::current_dir().context("reading the working directory")?;
+        let (name, flags) = build_paths::variable(&root, &self.target_dir, &toolchain.library())?;
+        cargo.env(name, flags);
         cargo.args([command, "--package", package, "--release", "--target", target]).args(options);
         if self.strict {
             toolchain.deny_warnings(&mut cargo);
@@ -139,6 +143,17 @@ impl Workspace {
             bail!("cargo built other programs than the three that were asked for: virtual board, footfall, firmware")
         };
         Ok(Programs { virtual_board, footfall, image: self.image(&firmware, &features)? })
+    }
+
+    /// The firmware for a board from the source in another folder, with everything compiled there.
+    pub(crate) fn firmware_in(&self, root: &Path, board: Board) -> Result<PathBuf> {
+        let toolchain = self.toolchain()?;
+        let target_dir = root.join("target");
+        let mut build = self.firmware_build(&features(board, Drive::Servos))?;
+        let (name, flags) = build_paths::variable(root, &target_dir, &toolchain.library())?;
+        build.cargo.env(name, flags).env("CARGO_TARGET_DIR", toolchain.target_dir(&target_dir)).current_dir(root);
+        build.label = "firmware in another folder";
+        executable(build)
     }
 
     fn firmware_build(&self, features: &str) -> Result<Build> {
@@ -180,6 +195,11 @@ impl Workspace {
     /// The program that runs an image without a board.
     pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
         one_program(host_build("virtual-board", &["virtual-board"]))
+    }
+
+    /// The program that measures images and source.
+    pub(crate) fn audit(&self) -> Result<PathBuf> {
+        one_program(host_build("audit", &["audit"]))
     }
 
     /// The command-line program.

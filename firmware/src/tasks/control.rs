@@ -18,13 +18,17 @@ use wire::{CALLS, Change, Edge};
 use super::progress::CONTROL;
 use super::sensor::{Measurement, sensor_step};
 use crate::clocks;
+use crate::debugger;
+use crate::kept_outputs;
 use crate::lamps;
 use crate::pins::PinRegisters;
+use crate::queue;
 use crate::sampling::NEWEST;
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
 use crate::sync_input;
 use crate::variant::SHADOW;
+use crate::watchdog_clock;
 
 /// One frame in this many ticks goes to telemetry: 100 Hz.
 pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
@@ -133,7 +137,9 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         foot: measured.foot,
         late: start_us > LATE_US || control.ended_late,
         faults,
-        request: control.requests.dequeue(),
+        watchdog_clock: watchdog_clock::take(),
+        debugger: debugger::attached(),
+        request: queue::take(&mut control.requests),
     };
 
     let command = control.joint_loop.tick(&sample);
@@ -144,12 +150,15 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         None if frame.state == SupervisorState::Fault => control.outputs.release_without_supply(),
         None => control.outputs.release(),
     }
+    if !control.joint_loop.knows_last_pulses() {
+        kept_outputs::forget();
+    }
 
     // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
     BOARD.sync_output.set(time_code::level(frame.tick));
     let shown = match frame.state {
         SupervisorState::Fault => Shown::Fault,
-        _ if control.locked_out => Shown::LockedOut,
+        _ if control.locked_out || control.joint_loop.wrong_watchdog_clock().is_some() => Shown::LockedOut,
         _ if control.joint_loop.awaits_stop_test() => Shown::StopUntested,
         SupervisorState::TrimReady => Shown::TrimReady,
         _ if command.pulses.is_none() => Shown::Disarmed,
@@ -168,33 +177,33 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
 impl Control {
     fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
-        let mut dropped = u32::from(self.samples.enqueue((frame.tick, *sample)).is_err());
+        let mut dropped = u32::from(!queue::put(&mut self.samples, || (frame.tick, *sample)));
         let now = (frame.state, frame.cause);
         if self.reported != now {
             self.reported = now;
             let (state, cause) = now;
-            dropped += u32::from(self.changes.enqueue(Change { tick: frame.tick, state, cause }).is_err());
+            dropped += u32::from(!queue::put(&mut self.changes, || Change { tick: frame.tick, state, cause }));
         }
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
             self.ticks_to_frame = TICKS_A_FRAME;
-            dropped += u32::from(self.frames.enqueue(frame).is_err());
+            dropped += u32::from(!queue::put(&mut self.frames, || frame));
         }
         self.ticks_to_settings = self.ticks_to_settings.saturating_sub(1);
         for answer in self.joint_loop.answers() {
             if answer.outcome == Outcome::InEffect {
                 self.ticks_to_settings = 0;
             }
-            dropped += u32::from(self.answers.enqueue(answer).is_err());
+            dropped += u32::from(!queue::put(&mut self.answers, || answer));
         }
         if self.ticks_to_settings == 0 {
             self.ticks_to_settings = TICKS_A_REPORT;
-            dropped += u32::from(self.settings.enqueue((frame.tick, *self.joint_loop.settings())).is_err());
+            dropped += u32::from(!queue::put(&mut self.settings, || (frame.tick, *self.joint_loop.settings())));
         }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {
             self.ticks_to_record = self.joint_loop.settings().ticks_a_record();
-            if self.records.enqueue(frame).is_err() {
+            if !queue::put(&mut self.records, || frame) {
                 NOT_SENT.fetch_add(1, Ordering::Relaxed);
             }
         }
@@ -210,7 +219,7 @@ impl Control {
             let offset_us = edge.at_us.wrapping_sub(triggered_us) as i32;
             let edge = Edge { tick, offset_us, high: edge.high, lost_before };
             lost_before = false;
-            dropped += u32::from(self.edges.enqueue(edge).is_err());
+            dropped += u32::from(!queue::put(&mut self.edges, || edge));
         });
         if dropped > 0 {
             DROPPED.fetch_add(dropped, Ordering::Relaxed);

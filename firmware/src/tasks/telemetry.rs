@@ -3,9 +3,10 @@
 use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::spsc::Consumer;
+use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Answer, Settings};
-use joint_loop::{Frame, SENSORS, Sample};
-use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record};
+use joint_loop::{Debugger, Frame, SENSORS, Sample, SupervisorState, WatchdogHz};
+use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record, Refused, Subject};
 
 use super::control::{dropped, take_not_sent, take_worst};
 use super::progress::TELEMETRY;
@@ -14,6 +15,7 @@ use crate::log;
 use crate::serial::Port;
 use crate::servo_pwm;
 use crate::stack;
+use crate::{debugger, watchdog_clock};
 
 /// Period of the task, us: less than half the period of the watchdog task, which must see progress each time.
 const ROUND_US: u32 = 2_000;
@@ -49,13 +51,15 @@ pub(crate) struct Telemetry {
     pub(crate) frames_to_line: u8,
     /// Pulses that were cut short, as of the last report.
     pub(crate) truncated: u32,
+    /// The clock of the watchdog that was reported as wrong.
+    pub(crate) refused_clock: Option<WatchdogHz>,
 }
 
 /// Runs every [`ROUND_US`].
 #[embassy_executor::task]
-pub(crate) async fn telemetry_task(mut telemetry: Telemetry) -> ! {
+pub(crate) async fn telemetry_task(telemetry: &'static mut Telemetry) -> ! {
     loop {
-        telemetry_step(&mut telemetry);
+        telemetry_step(telemetry);
         Timer::after_micros(ROUND_US.into()).await;
     }
 }
@@ -63,11 +67,15 @@ pub(crate) async fn telemetry_task(mut telemetry: Telemetry) -> ! {
 /// Empties the queues.
 #[inline(never)]
 fn telemetry_step(telemetry: &mut Telemetry) {
+    telemetry.report_watchdog_clock();
     while let Some((tick, sample)) = telemetry.samples.dequeue() {
         telemetry.collect(tick, &sample);
     }
     while let Some(change) = telemetry.changes.dequeue() {
         log::state(&change);
+        if change.state == SupervisorState::Arming && debugger::attached() != Debugger::Absent {
+            log::armed_with_debugger();
+        }
         telemetry.send(&Record::Change(change));
     }
     while let Some(frame) = telemetry.frames.dequeue() {
@@ -106,7 +114,11 @@ fn telemetry_step(telemetry: &mut Telemetry) {
             stack_size: size as u32,
             truncated,
         }));
-        let environment = telemetry.environment.take();
+        let environment = wire::Environment {
+            watchdog_hz: watchdog_clock::last().map(|WatchdogHz(hz)| hz),
+            debugger: debugger::attached() != Debugger::Absent,
+            ..telemetry.environment.take()
+        };
         telemetry.send(&Record::Environment(environment));
         telemetry.port.drop_records(take_not_sent());
         let counts = telemetry.port.counts();
@@ -122,6 +134,22 @@ impl Telemetry {
     fn send(&mut self, record: &Record) {
         log::send(record);
         self.port.send(record);
+    }
+
+    /// Reports a clock of the watchdog that is not allowed, in words, once for each measurement that differs.
+    fn report_watchdog_clock(&mut self) {
+        let wrong = watchdog_clock::last().filter(|hz| !hz.is_allowed());
+        if let Some(WatchdogHz(hz)) = wrong
+            && self.refused_clock != wrong
+        {
+            let reason = format_args!(
+                "the clock of the watchdog runs at {hz} Hz; allowed are {SLOWEST_HZ} to {FASTEST_HZ} Hz: reset the board, and replace it if this remains"
+            );
+            let refused = Refused::new(Subject::Arming, reason);
+            log::refusal(&refused);
+            self.port.send(&Record::Refused(refused));
+        }
+        self.refused_clock = wrong;
     }
 
     /// Collects a record of successive calls; after a gap a new record begins.

@@ -4,10 +4,11 @@
 
 use embassy_time::Timer;
 use firmware::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge, keeps_pace};
+use firmware::oscillator::MEASURED_EVERY_S;
 use firmware::post_mortem::{Cause, Record, STABLE_RUN_S};
 
 use super::progress::progress;
-use crate::{faults, log, servo_pwm, watchdog};
+use crate::{faults, log, servo_pwm, watchdog, watchdog_clock};
 
 /// Checks every [`FEED_US`].
 #[embassy_executor::task]
@@ -46,6 +47,10 @@ fn watchdog_step(fed: &mut Feeding) -> bool {
             fed.feeds = fed.feeds.saturating_add(1);
             if fed.feeds == STABLE_RUN_S * 1_000_000 / FEED_US {
                 faults::forget_streak();
+            }
+            // Right after a reload there is the most time for it.
+            if fed.feeds.is_multiple_of(MEASURED_EVERY_S * 1_000_000 / FEED_US) {
+                watchdog_clock::measure();
             }
             true
         }

@@ -1,4 +1,4 @@
-//! Control of one period: tick, supervisor, monitor with supply and timeliness, fault table, button, test of the emergency stop, trim.
+//! Control of one period: tick, supervisor, monitor with supply and timeliness, fault table, button, test of the emergency stop, trim, clock of the watchdog.
 
 pub(crate) mod burst;
 pub mod button;
@@ -10,3 +10,4 @@ pub mod supply;
 pub(crate) mod tick;
 pub mod timeliness;
 pub mod trim;
+pub mod watchdog_clock;

@@ -7,6 +7,8 @@
 //! | break input otherwise, clock, watchdog, outputs, a fault bit without a name | fault | fault |
 //! | more than `fault_gap_s` of control periods without a tick, or more of them missed than `missed_per_s` | fault | fault |
 //! | the chip's supply below its minimum for more than 40 ms | fault | arming refused, with no tolerance |
+//! | the measured clock of the watchdog is too slow or too fast, or not measured if `watchdog_clock_required` | stop | arming refused |
+//! | a debugger is attached, which the board refuses | stop | arming refused |
 //! | more than `stop_gap_s` of control periods without a tick | stop | arming refused |
 //! | more late ticks of the last 100 than `late_ticks` | stop | arming refused |
 //! | dips of the supply that go on for more than 1 s | stop | arming refused |
@@ -32,7 +34,7 @@ use crate::control::stop_test::{StopTest, StopTestState};
 use crate::control::supervisor::{Cause, Demand};
 use crate::control::timeliness::{LATE_WINDOW, Timeliness, TimelinessState};
 use crate::error::{LoopError, inside, ticks};
-use crate::io::board::{BoardFaults, MAX_ELAPSED};
+use crate::io::board::{BoardFaults, Debugger, MAX_ELAPSED};
 use hgod_adc::Validity;
 use joint_units::Period;
 
@@ -50,6 +52,9 @@ pub struct MonitorConfig {
     /// Whether the emergency stop must be tested before the first arming, see [`crate::control::stop_test`]; default false, for a loop without one at
     /// its break input. The loop of a board requires it.
     pub stop_test_required: bool,
+    /// Whether the clock of the watchdog must have been measured before the first arming, see [`crate::control::watchdog_clock`]; default false, for a
+    /// loop without a watchdog. The loop of a board requires it.
+    pub watchdog_clock_required: bool,
     /// Time for which the pose envelope may limit the setpoints, s; 0 to 1, default 0.05.
     pub pose_tolerance_s: f32,
     /// Longest gap between two ticks that does not stop the motion, s; less than `fault_gap_s`, default 0.005.
@@ -72,6 +77,7 @@ impl MonitorConfig {
         sensor_tolerance_s: 0.05,
         stand_s: 10.0,
         stop_test_required: false,
+        watchdog_clock_required: false,
         pose_tolerance_s: 0.05,
         stop_gap_s: 0.005,
         fault_gap_s: 0.01,
@@ -105,6 +111,7 @@ impl MonitorConfig {
             sensor_tolerance: tolerance("monitor.sensor_tolerance_s", self.sensor_tolerance_s, 60.0)?,
             most_at_rest: tolerance("monitor.sensor_tolerance_s", Self::DEFAULT.sensor_tolerance_s, 60.0)?,
             stop_test: if self.stop_test_required { Some(StopTest::build(period)?) } else { None },
+            watchdog_clock_required: self.watchdog_clock_required,
             stand: ticks("monitor.stand_s", self.stand_s, 1.0, 3600.0, period)?,
             pose_tolerance: tolerance("monitor.pose_tolerance_s", self.pose_tolerance_s, 1.0)?,
             stop_gap,
@@ -126,6 +133,7 @@ pub struct Monitor {
     stand: u32,
     /// `None` if it is not required.
     stop_test: Option<StopTest>,
+    watchdog_clock_required: bool,
     pose_tolerance: u32,
     stop_gap: u32,
     fault_gap: u32,
@@ -145,6 +153,10 @@ pub struct Observation {
     pub late: bool,
     /// Demand of the supply's condition.
     pub supply: Demand,
+    /// Demand of the clock of the watchdog.
+    pub watchdog_clock: Demand,
+    /// Whether a debugger is attached.
+    pub debugger: Debugger,
     /// Faults that the board reports.
     pub faults: BoardFaults,
     /// Worst validity of all sensors. An overrun of the converter counts as not good even if this is good.
@@ -213,6 +225,10 @@ impl Monitor {
             Demand::Stop(Cause::Generator)
         } else if overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
+        } else if seen.watchdog_clock != Demand::Go {
+            seen.watchdog_clock
+        } else if seen.debugger == Debugger::Refused {
+            Demand::Stop(Cause::Debugger)
         } else if is_untested {
             // Before the sensors, whose causes do not concern a trim.
             Demand::Stop(if is_pressed { Cause::BreakInput } else { Cause::StopUntested })
@@ -229,9 +245,12 @@ impl Monitor {
             Demand::Go
         }
     }
-}
 
-impl Monitor {
+    /// Whether the clock of the watchdog must have been measured.
+    pub(crate) const fn requires_watchdog_clock(&self) -> bool {
+        self.watchdog_clock_required
+    }
+
     /// Whether the emergency stop has to be tested before the board arms.
     #[must_use]
     pub fn awaits_stop_test(&self, state: &MonitorState) -> bool {
@@ -279,6 +298,8 @@ mod tests {
         elapsed: 1,
         late: false,
         supply: Demand::Go,
+        watchdog_clock: Demand::Go,
+        debugger: Debugger::Absent,
         faults: BoardFaults::NONE,
         sensors: Validity::Good,
         generator_sound: true,
@@ -342,6 +363,24 @@ mod tests {
         assert_eq!(see(1, false, Validity::Good), Demand::Go);
         assert_eq!(see(1, true, Validity::Good), Demand::Fault(Cause::BreakInput));
         assert_eq!(see(1, false, Validity::Good), Demand::Go);
+    }
+
+    /// Both stop a motion and refuse an arming, before the test of the emergency stop, and in a trim too.
+    #[test]
+    fn a_wrong_watchdog_clock_and_a_refused_debugger_stop() {
+        let config = MonitorConfig { stop_test_required: true, ..MonitorConfig::DEFAULT };
+        let monitor = config.build(Period::MILLISECOND).expect("valid");
+        let judge = |seen: Observation| monitor.judge(&mut MonitorState::default(), &seen).in_trim();
+        let clock = Observation { watchdog_clock: Demand::Stop(Cause::WatchdogClock), ..FAULTLESS };
+        let probe = Observation { debugger: Debugger::Refused, ..FAULTLESS };
+        for moving in [false, true] {
+            assert_eq!(judge(Observation { moving, ..clock }), Demand::Stop(Cause::WatchdogClock));
+            assert_eq!(judge(Observation { moving, ..probe }), Demand::Stop(Cause::Debugger));
+            let both = Observation { debugger: Debugger::Refused, ..clock };
+            assert_eq!(judge(Observation { moving, ..both }), Demand::Stop(Cause::WatchdogClock));
+        }
+        let attached = Observation { debugger: Debugger::Attached, ..FAULTLESS };
+        assert_eq!(judge(attached), Demand::Stop(Cause::StopUntested));
     }
 
     /// A stand counts while the joints move; any movement of the person begins it again.
@@ -409,6 +448,8 @@ mod tests {
             elapsed: 255,
             late: false,
             supply: Demand::Stop(Cause::Supply),
+            watchdog_clock: Demand::Stop(Cause::WatchdogClock),
+            debugger: Debugger::Refused,
             faults: BoardFaults::from_bits(0x3f),
             sensors: Validity::OutOfTable,
             generator_sound: false,
@@ -438,7 +479,14 @@ mod tests {
         assert_eq!(judge(none), Demand::Stop(Cause::Generator));
         let none = Observation { generator_sound: true, ..none };
         assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));
-        let later = Observation { elapsed: 1, ..none };
+        let none = Observation { elapsed: 1, ..none };
+        let judge = |seen: Observation| {
+            monitor().judge(&mut MonitorState { sensor: 51, pose: 51, stood: 10_000, ..MonitorState::default() }, &seen)
+        };
+        assert_eq!(judge(none), Demand::Stop(Cause::WatchdogClock));
+        let none = Observation { watchdog_clock: Demand::Go, ..none };
+        assert_eq!(judge(none), Demand::Stop(Cause::Debugger));
+        let later = Observation { debugger: Debugger::Absent, ..none };
         let judge = |seen: Observation, sensor| {
             monitor().judge(&mut MonitorState { sensor, pose: 51, stood: 10_000, ..MonitorState::default() }, &seen)
         };

@@ -44,7 +44,7 @@ pub enum SupervisorState {
     Boot = 0,
     /// Outputs off; a hold of the button arms.
     Disarmed = 1,
-    /// Ramp from the park pose to the generator's angles.
+    /// From the last pulses, if they are known, to the park pose; then the ramp to the generator's angles.
     Arming = 2,
     /// The targets are the generator's angles.
     Walking = 3,
@@ -170,11 +170,15 @@ pub enum Cause {
     PersonStands = 27,
     /// The emergency stop was not pressed and released since the boot: [`crate::control::stop_test`].
     StopUntested = 28,
+    /// The clock of the watchdog is too slow, too fast, or not measured: [`crate::control::watchdog_clock`].
+    WatchdogClock = 29,
+    /// A debugger is attached, which the board refuses.
+    Debugger = 30,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 31] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -204,6 +208,8 @@ impl Cause {
         Self::Presses,
         Self::PersonStands,
         Self::StopUntested,
+        Self::WatchdogClock,
+        Self::Debugger,
     ];
 
     /// Name in telemetry.
@@ -239,6 +245,8 @@ impl Cause {
             Self::Presses => "presses",
             Self::PersonStands => "person_stands",
             Self::StopUntested => "stop_untested",
+            Self::WatchdogClock => "watchdog_clock",
+            Self::Debugger => "debugger",
         }
     }
 
@@ -476,7 +484,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 29 * 59 * 24);
+        assert_eq!(checked, 8 * 31 * 63 * 24);
     }
 
     #[test]

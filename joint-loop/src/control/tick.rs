@@ -5,11 +5,13 @@ use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
 use crate::control::supply::{Supply, SupplyState};
 use crate::control::trim::{Trim, Trimmer};
+use crate::control::watchdog_clock::{WatchdogClockState, WatchdogHz};
 use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 use crate::io::frame::{Frame, SetpointHash};
 use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
+use crate::motion::start::{Start, StartState, pose_of};
 use crate::tuning::{Action, Answer, Outcome, Robot, Settings, Source, Tuner};
 use cpg_core::entrainment::Lock;
 use cpg_core::{Follow, Generator};
@@ -22,6 +24,7 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) gate: Gate,
     pub(crate) servos: [ServoMap; Joint::COUNT],
     pub(crate) blend: Blend,
+    pub(crate) start: Start,
     pub(crate) trimmer: Trimmer,
     pub(crate) monitor: Monitor,
     /// `None` where the loop does not know the internal reference.
@@ -50,9 +53,12 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     press: Press,
     monitor_state: MonitorState,
     supply_state: SupplyState,
+    watchdog_clock: WatchdogClockState,
     status: SupervisorStatus,
     weight: Weight,
+    /// That of the last pulses while they are known, also at rest; else the park pose.
     gating: GateState,
+    started: StartState,
     parked: GateState,
     /// The servo that a hold of the button trims, or that is trimmed; the last one after a trim.
     trim: Option<Trim>,
@@ -91,8 +97,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.generate(sample, status.state);
 
         // Blend.
-        self.weight = self.stages.blend.advance(self.weight, actions.motion);
-        let target = self.stages.blend.target(self.weight, self.wanted);
+        self.weight = self.stages.blend.advance_from(self.weight, actions.motion, self.gating == self.parked);
+        let target = self.target();
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions);
@@ -107,6 +113,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         if status.state != self.status.state {
             self.press.spend();
         }
+
+        // Where the pulses are, or ended.
+        self.stages.start.note(&mut self.started, command.pulses.is_some(), elapsed);
 
         // Frame.
         self.status = status;
@@ -130,6 +139,28 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     #[must_use]
     pub fn awaits_stop_test(&self) -> bool {
         self.stages.monitor.awaits_stop_test(&self.monitor_state)
+    }
+
+    /// The measured clock of the watchdog if it is not allowed: until another measurement the board does not arm.
+    #[must_use]
+    pub fn wrong_watchdog_clock(&self) -> Option<WatchdogHz> {
+        self.watchdog_clock.wrong()
+    }
+
+    /// Takes the last pulses of the run before the reset, before the first tick: an arming within [`crate::motion::start::KNOWN_S`] starts from them.
+    /// Returns false, and an arming starts at the park pose, where a pulse is none of its servo's or the gate does not allow their pose.
+    pub fn start_from(&mut self, pulses: [PulseMicros; Joint::COUNT]) -> bool {
+        let found = pose_of(&self.stages.gate, &self.stages.servos, pulses);
+        if let Some(pose) = found {
+            (self.gating, self.started) = (pose, StartState::ENDED);
+        }
+        found.is_some()
+    }
+
+    /// Whether the last pulses are known, so that an arming starts from them.
+    #[must_use]
+    pub fn knows_last_pulses(&self) -> bool {
+        self.started.is_known()
     }
 
     /// The generator.
@@ -164,9 +195,11 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             press: Press::default(),
             monitor_state: MonitorState::default(),
             supply_state: SupplyState::default(),
+            watchdog_clock: WatchdogClockState::default(),
             status: SupervisorStatus::default(),
             weight: Weight::default(),
             gating: parked,
+            started: StartState::UNKNOWN,
             parked,
             trim: None,
             frame: Frame {
@@ -259,15 +292,19 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             .stages
             .supply
             .map_or(Demand::Go, |supply| supply.judge(&mut self.supply_state, sample.vrefint, elapsed, moving));
+        let required = self.stages.monitor.requires_watchdog_clock();
         Observation {
             moving,
             elapsed,
             late: sample.late,
             supply,
+            watchdog_clock: self.watchdog_clock.judge(sample.watchdog_clock, required),
+            debugger: sample.debugger,
             faults: sample.faults,
             sensors,
             generator_sound: self.sound,
-            pose_limited: self.frame.limited.contains(GateStatus::POSE),
+            // On the way to the park pose the joints may meet the envelope, which the generator does not.
+            pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
             person_stands: self.generator.follow_status().is_some_and(|status| status.state == Lock::Stopped),
         }
     }
@@ -308,6 +345,16 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
+    /// The pose that this tick aims at: until each servo has had its first pulse, the one where it is.
+    fn target(&self) -> [Radians; Joint::COUNT] {
+        let is_elsewhere = self.weight.is_at_start() && self.gating != self.parked;
+        if is_elsewhere && !self.stages.start.has_begun(self.started) {
+            self.stages.gate.pose(&self.gating)
+        } else {
+            self.stages.blend.target(self.weight, self.wanted)
+        }
+    }
+
     /// Computes setpoints and pulses for a target; `None` if the outputs stay off or an angle is not finite.
     fn pass(&mut self, target: [Radians; Joint::COUNT], actions: Actions) -> Option<[PulseMicros; Joint::COUNT]> {
         self.frame.limited = GateStatus::NONE;
@@ -315,17 +362,14 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Motion::Freeze => return None,
             Motion::Trim => return self.trim(),
             Motion::Rest => {
-                self.gating = self.parked;
+                self.gating = if self.started.is_known() { self.gating.at_rest() } else { self.parked };
                 self.frame.setpoints = self.stages.blend.park();
                 return None;
             }
             Motion::Rise | Motion::Run | Motion::Stop | Motion::Hurry => {}
         }
         let (setpoints, limited) = self.stages.gate.limit(&mut self.gating, target).ok()?;
-        let mut pulses = [PulseMicros(0); Joint::COUNT];
-        for ((pulse, servo), angle) in pulses.iter_mut().zip(&self.stages.servos).zip(setpoints) {
-            *pulse = servo.pulse(angle)?;
-        }
+        let pulses = ServoMap::pulses(&self.stages.servos, setpoints)?;
         self.frame.setpoints = setpoints;
         self.frame.limited = limited;
         self.frame.limited_ticks = self.frame.limited_ticks.wrapping_add(u32::from(limited.any()));
@@ -340,7 +384,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
         let (pulses, joint, angle) = self.stages.trimmer.step(&mut trim);
         self.trim = Some(trim);
-        self.gating = self.parked;
+        // Not known where the trimmed servo is outside of what the gate allows.
+        self.gating = pose_of(&self.stages.gate, &self.stages.servos, pulses).unwrap_or(self.parked);
         self.frame.setpoints = self.stages.blend.park();
         if let Some(setpoint) = self.frame.setpoints.get_mut(joint as usize) {
             *setpoint = angle;

@@ -47,10 +47,7 @@ impl Trimmer {
         park: [Radians; Joint::COUNT],
         period: Period,
     ) -> Result<Self, LoopError> {
-        let mut parked = [PulseMicros(0); Joint::COUNT];
-        for ((pulse, servo), angle) in parked.iter_mut().zip(&servos).zip(park) {
-            *pulse = servo.pulse(angle).ok_or(LoopError::Park)?;
-        }
+        let parked = ServoMap::pulses(&servos, park).ok_or(LoopError::Park)?;
         let step = ticks("trim.step_s", STEP_S, STEP_S, STEP_S, period)?;
         Ok(Self { step, silence: ticks("trim.silence_s", SILENCE_S, SILENCE_S, SILENCE_S, period)?, servos, parked })
     }

@@ -3,6 +3,7 @@
 //! A board fills a [`Sample`] once per control period and carries out the [`Command`]: firmware, a host replay of recorded
 //! inputs, or a test. The docs of the fields state its duties.
 
+use crate::control::watchdog_clock::WatchdogHz;
 use crate::tuning::Request;
 use joint_units::{AdcCode, Joint, PulseMicros};
 
@@ -32,12 +33,16 @@ pub struct Sample<const S: usize> {
     pub late: bool,
     /// Faults that the board found since the previous call. The board repeats a fault while it lasts.
     pub faults: BoardFaults,
+    /// A new measurement of the clock of the board's watchdog; `None` in the ticks between. The first one must come before the first arming.
+    pub watchdog_clock: Option<WatchdogHz>,
+    /// Whether a debugger is attached to the core, which it may halt.
+    pub debugger: Debugger,
     /// What a host asks for in this tick; see [`crate::tuning`].
     pub request: Option<Request>,
 }
 
 impl<const S: usize> Default for Sample<S> {
-    /// One period, button released, no foot on the floor, no fault, no request, all codes 0 (a short circuit for any sensor).
+    /// One period, button released, no foot on the floor, no fault, no measurement, no debugger, no request, all codes 0 (a short circuit for any sensor).
     fn default() -> Self {
         Self {
             elapsed: 1,
@@ -47,9 +52,24 @@ impl<const S: usize> Default for Sample<S> {
             foot: false,
             late: false,
             faults: BoardFaults::NONE,
+            watchdog_clock: None,
+            debugger: Debugger::Absent,
             request: None,
         }
     }
+}
+
+/// Whether a debugger is attached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Debugger {
+    /// None is attached.
+    #[default]
+    Absent,
+    /// One is attached; the loop does not act on it, a recording has it.
+    Attached,
+    /// One is attached, and the board refuses it: the loop stops and does not arm.
+    Refused,
 }
 
 /// Faults that the board found: a set of at most six bits, as in the wire format.

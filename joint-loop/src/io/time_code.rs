@@ -74,7 +74,9 @@ pub const fn symbol(tick: u32) -> Symbol {
 /// ```
 #[must_use]
 pub const fn level(tick: u32) -> bool {
-    tick % SLOT_TICKS < symbol(tick).width_ticks()
+    let into = tick % SLOT_TICKS;
+    // The check bits are computed only where the symbol decides.
+    into < Symbol::Bit(false).width_ticks() || (into < Symbol::Mark.width_ticks() && into < symbol(tick).width_ticks())
 }
 
 #[cfg(test)]
@@ -93,6 +95,15 @@ mod tests {
             });
             assert_eq!(read & ((1 << NUMBER_BITS) - 1), u64::from(number));
             assert_eq!(read >> NUMBER_BITS, u64::from(check(number)));
+        }
+    }
+
+    #[test]
+    fn the_level_is_high_for_the_width_of_each_symbol() {
+        for first in [0, 77_777 * FRAME_TICKS, u32::MAX - 2 * FRAME_TICKS] {
+            for tick in first..first + 2 * FRAME_TICKS {
+                assert_eq!(level(tick), tick % SLOT_TICKS < symbol(tick).width_ticks(), "{tick}");
+            }
         }
     }
 

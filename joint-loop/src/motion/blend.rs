@@ -78,6 +78,14 @@ pub struct Weight {
     hurry: Option<u32>,
 }
 
+impl Weight {
+    /// Whether the ramp to the generator's angles has not begun, in a motion.
+    #[must_use]
+    pub fn is_at_start(self) -> bool {
+        self.rise == Some(0)
+    }
+}
+
 impl Blend {
     /// The park pose.
     #[must_use]
@@ -104,6 +112,14 @@ impl Blend {
                 next
             }
         }
+    }
+
+    /// The same where the joints may not be at the park pose yet: the ramp to the generator's angles begins when they are, and not in a stop.
+    #[must_use]
+    pub fn advance_from(&self, weight: Weight, motion: Motion, at_park: bool) -> Weight {
+        let next = self.advance(weight, motion);
+        let stops = next.stop.is_some() || next.hurry.is_some();
+        if weight.is_at_start() && (stops || !at_park) { Weight { rise: next.rise.map(|_| 0), ..next } } else { next }
     }
 
     /// Share of the generator in the target, 0 to 1.
@@ -186,6 +202,23 @@ mod tests {
             let frozen = blend.advance(weight, Motion::Freeze);
             assert_eq!((frozen, blend.advance(weight, Motion::Rest)), (weight, Weight::default()));
         }
+    }
+
+    #[test]
+    fn the_ramp_waits_for_the_park_pose_and_does_not_begin_in_a_stop() {
+        let blend = blend();
+        let begun = blend.advance_from(Weight::default(), Motion::Rise, false);
+        let waiting = (0..5_000).fold(begun, |weight, _| blend.advance_from(weight, Motion::Run, false));
+        assert!(waiting.is_at_start() && waiting == begun);
+        let on = blend.advance_from(waiting, Motion::Run, true);
+        assert_eq!(on.rise, Some(1));
+        // Once begun it goes on.
+        assert_eq!(blend.advance_from(on, Motion::Run, false).rise, Some(2));
+        for motion in [Motion::Stop, Motion::Hurry] {
+            let stopped = (0..2_000).fold(waiting, |weight, _| blend.advance_from(weight, motion, true));
+            assert!(blend.overdue(stopped) && blend.weight(stopped) == 0.0 && stopped.is_at_start());
+        }
+        assert_eq!(blend.advance_from(waiting, Motion::Rest, true), Weight::default());
     }
 
     #[test]

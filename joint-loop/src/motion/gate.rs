@@ -88,6 +88,26 @@ pub struct GateState {
     goal: [i32; Joint::COUNT],
 }
 
+/// A target inside the range and the pose envelope.
+struct Allowed {
+    /// The targets inside the range.
+    kept: [Radians; Joint::COUNT],
+    /// The same in steps.
+    aimed: [i32; Joint::COUNT],
+    /// The same inside the pose envelope.
+    goal: [i32; Joint::COUNT],
+    /// Limits that acted.
+    status: GateStatus,
+}
+
+impl GateState {
+    /// The same pose at rest.
+    #[must_use]
+    pub(crate) const fn at_rest(self) -> Self {
+        Self { step: [0; Joint::COUNT], goal: self.position, ..self }
+    }
+}
+
 impl Gate {
     /// Checks the configuration and converts it to steps and ticks.
     ///
@@ -100,7 +120,7 @@ impl Gate {
 
         let mut pose = [None; POSE_LIMITS];
         for (index, (edge, limit)) in pose.iter_mut().zip(&config.pose).enumerate() {
-            *edge = limit.as_ref().map(|limit| Edge::build(index, limit)).transpose()?;
+            *edge = limit.as_ref().map(|limit| Edge::build(index, limit, &joints)).transpose()?;
         }
 
         Ok(Self { joints, pose })
@@ -112,8 +132,30 @@ impl Gate {
         let position = pose.map(|angle| (angle.0 * STEPS) as i32);
         let state = GateState { position, step: [0; Joint::COUNT], goal: position };
         let in_range = position.iter().zip(&self.joints).all(|(p, limits)| (limits.least..=limits.most).contains(p));
-        let in_envelope = self.pose.iter().flatten().all(|edge| edge.excess(&position) <= 0);
-        (pose.iter().all(|angle| angle.0.is_finite()) && in_range && in_envelope).then_some(state)
+        // In this order: only sums of positions in range fit.
+        let in_envelope = || self.pose.iter().flatten().all(|edge| edge.sum(&position) <= edge.most);
+        (pose.iter().all(|angle| angle.0.is_finite()) && in_range && in_envelope()).then_some(state)
+    }
+
+    /// State at rest in the allowed pose that is next to this one; `None` if an angle is not finite, or there is none.
+    #[must_use]
+    pub fn rest_near(&self, pose: [Radians; Joint::COUNT]) -> Option<GateState> {
+        if pose.iter().any(|angle| !angle.0.is_finite()) {
+            return None;
+        }
+        let Allowed { goal: mut position, .. } = self.allowed(pose);
+        // A limit in single precision may be some steps beyond it.
+        for (position, limits) in position.iter_mut().zip(&self.joints) {
+            *position = limits.hold(i64::from(*position));
+        }
+        let in_envelope = self.pose.iter().flatten().all(|edge| edge.sum(&position) <= edge.most);
+        in_envelope.then_some(GateState { position, step: [0; Joint::COUNT], goal: position })
+    }
+
+    /// Angles of a state.
+    #[must_use]
+    pub fn pose(&self, state: &GateState) -> [Radians; Joint::COUNT] {
+        state.position.map(|position| Radians(position as f32 / STEPS))
     }
 
     /// Limits a target pose: returns the setpoints of this tick and the limits that acted.
@@ -131,49 +173,29 @@ impl Gate {
                 return Err(NonFinite { joint });
             }
         }
-        let mut status = GateStatus::NONE;
-
-        // Range.
-        let mut kept = target;
-        for (angle, limits) in kept.iter_mut().zip(&self.joints) {
-            let inside = angle.0.max(limits.least as f32 / STEPS).min(limits.most as f32 / STEPS);
-            if inside != angle.0 {
-                *angle = Radians(inside);
-                status = status.with(GateStatus::RANGE);
-            }
-        }
-        let aimed = kept.map(|angle| (angle.0 * STEPS) as i32);
-
-        // Pose envelope: each of the two joints takes half of the excess.
-        let mut goal = aimed;
-        for edge in self.pose.iter().flatten() {
-            let excess = edge.excess(&goal);
-            if excess > 0 {
-                for (joint, sign) in edge.joints.into_iter().zip(edge.signs) {
-                    let at = joint as usize & 3;
-                    goal[at] = self.joints[at].hold(i64::from(goal[at]) - sign * (excess + 1) / 2);
-                }
-                status = status.with(GateStatus::POSE);
-            }
-        }
+        let Allowed { mut kept, aimed, goal, mut status } = self.allowed(target);
 
         // Rate, acceleration and braking: joint by joint, with the new steps of the joints before it.
         let before = *state;
+        let near = self.near_edges(&before);
         for joint in Joint::ALL {
             let at = joint as usize & 3;
-            let (position, wanted) =
-                (i64::from(before.position[at]), i64::from(goal[at]) - i64::from(before.position[at]));
-            // Not `clamp`, which can panic: it requires its bounds to be in order.
+            // Each of these is a difference of two positions in range, so it fits.
+            let wanted = goal[at] - before.position[at];
             let limits = &self.joints[at];
-            let drift = (i64::from(goal[at]) - i64::from(before.goal[at])).max(-limits.rate).min(limits.rate);
+            // Not `clamp`, which can panic: it requires its bounds to be in order.
+            let drift = (goal[at] - before.goal[at]).max(-limits.rate).min(limits.rate);
             let left = wanted - drift;
-            let asked = drift + left.signum() * limits.reach(left.abs());
-            let (step, why) = self.admit(state, &before, joint, asked);
+            let asked = drift + left.signum() * limits.reach(i64::from(left.abs())) as i32;
+            let (step, why) = match self.admit_far(&before, joint, asked) {
+                Some(admitted) if near & 1 << at == 0 => admitted,
+                _ => self.admit(state, &before, joint, asked),
+            };
             if step != wanted {
                 status = status.with(why);
             }
-            state.step[at] = step as i32;
-            state.position[at] = (position + step) as i32;
+            state.step[at] = step;
+            state.position[at] = before.position[at] + step;
         }
         state.goal = goal;
 
@@ -186,46 +208,106 @@ impl Gate {
         Ok((kept, status))
     }
 
+    /// Range and pose envelope of finite targets.
+    fn allowed(&self, target: [Radians; Joint::COUNT]) -> Allowed {
+        let mut status = GateStatus::NONE;
+
+        // Range.
+        let mut kept = target;
+        for (angle, limits) in kept.iter_mut().zip(&self.joints) {
+            // Compares, since `f32::max` and `f32::min` are calls on this processor.
+            let (least, most) = (limits.least as f32 / STEPS, limits.most as f32 / STEPS);
+            if angle.0 < least {
+                *angle = Radians(least);
+                status = status.with(GateStatus::RANGE);
+            } else if angle.0 > most {
+                *angle = Radians(most);
+                status = status.with(GateStatus::RANGE);
+            }
+        }
+        let aimed = kept.map(|angle| (angle.0 * STEPS) as i32);
+
+        // Pose envelope: each of the two joints takes half of the excess.
+        let mut goal = aimed;
+        for edge in self.pose.iter().flatten() {
+            let sum = edge.sum(&goal);
+            if sum > edge.most {
+                let half = (i64::from(sum) - i64::from(edge.most) + 1) / 2;
+                for (joint, sign) in edge.joints.into_iter().zip([1, i64::from(edge.sign)]) {
+                    let at = joint as usize & 3;
+                    goal[at] = self.joints[at].hold(i64::from(goal[at]) - sign * half);
+                }
+                status = status.with(GateStatus::POSE);
+            }
+        }
+        Allowed { kept, aimed, goal, status }
+    }
+
+    /// The joints that an edge of the envelope may bound in this tick: a bit each.
+    fn near_edges(&self, before: &GateState) -> u8 {
+        let mut near = 0;
+        for edge in self.pose.iter().flatten() {
+            if edge.sum(&before.position) > edge.far {
+                for joint in edge.joints {
+                    near |= 1 << (joint as usize & 3);
+                }
+            }
+        }
+        near
+    }
+
+    /// [`Gate::admit`] for a joint that is far from each edge of the envelope: only rate and acceleration bound its step, unless it moves
+    /// towards an end of its range that is near; then `None`.
+    ///
+    /// A bound with the room `rate + brake(rate)` or more allows every step within the rate. A joint that does not move towards an end of
+    /// its range is not bounded by it, since it is inside.
+    fn admit_far(&self, before: &GateState, joint: Joint, asked: i32) -> Option<(i32, GateStatus)> {
+        let at = joint as usize & 3;
+        let (position, limits) = (before.position[at], &self.joints[at]);
+        let (low, high) = own_bounds(limits, before.step[at]);
+        let (step, why) = nearest(asked, low, high);
+        let room = match step {
+            1.. => limits.most - position,
+            0 => return Some((step, why)),
+            ..0 => position - limits.least,
+        };
+        (room >= limits.room).then_some((step, why))
+    }
+
     /// The viable step nearest to `asked`, and the limit that bounds it.
     ///
     /// In `now` the joints before this one have their state of this tick, the others that of the last.
-    fn admit(&self, now: &GateState, before: &GateState, joint: Joint, asked: i64) -> (i64, GateStatus) {
+    fn admit(&self, now: &GateState, before: &GateState, joint: Joint, asked: i32) -> (i32, GateStatus) {
         let at = joint as usize & 3;
-        let (position, last) = (i64::from(before.position[at]), i64::from(before.step[at]));
         let limits = &self.joints[at];
-        let a = i64::from(limits.acceleration.get());
-
-        // Lower and upper bound of the step, each with its limit.
-        let mut low = (last - a, GateStatus::ACCELERATION);
-        let mut high = (last + a, GateStatus::ACCELERATION);
-        let mut bound = |sign: i64, most: i64, why| {
+        let position = i64::from(before.position[at]);
+        let (mut low, mut high) = own_bounds(limits, before.step[at]);
+        let mut bound = |sign: i64, margin: i64, why| {
+            // With more room, the rate is the stricter bound.
+            if margin >= i64::from(limits.room) {
+                return;
+            }
+            let most = limits.reach(margin) as i32;
             if sign > 0 && most < high.0 {
                 high = (most, why);
             } else if sign < 0 && -most > low.0 {
                 low = (-most, why);
             }
         };
-        for (sign, margin) in [(1, i64::from(limits.most) - position), (-1, position - i64::from(limits.least))] {
-            bound(sign, limits.rate, GateStatus::RATE);
-            bound(sign, limits.reach(margin), GateStatus::RANGE);
-        }
+        bound(1, i64::from(limits.most) - position, GateStatus::RANGE);
+        bound(-1, position - i64::from(limits.least), GateStatus::RANGE);
         for edge in self.pose.iter().flatten() {
-            let [first, second] = edge.joints;
-            let [sign, partner_sign] = if joint == first { edge.signs } else { [edge.signs[1], edge.signs[0]] };
-            if joint == first || joint == second {
-                let partner = if joint == first { second } else { first };
-                // A joint later in order has not moved yet: its braking path is reserved.
-                let peak = self.peak(now, partner, partner_sign, (partner as usize) > at);
-                bound(sign, limits.reach(edge.most - sign * position - peak), GateStatus::POSE);
-            }
+            let ([first, second], second_sign) = (edge.joints, i64::from(edge.sign));
+            let (partner, sign, partner_sign) = match joint {
+                joint if joint == first => (second, 1, second_sign),
+                joint if joint == second => (first, second_sign, 1),
+                _ => continue,
+            };
+            // A joint later in order has not moved yet: its braking path is reserved.
+            let peak = self.peak(now, partner, partner_sign, (partner as usize) > at);
+            bound(sign, i64::from(edge.most) - sign * position - peak, GateStatus::POSE);
         }
-        if asked > high.0 {
-            high
-        } else if asked < low.0 {
-            low
-        } else {
-            (asked, GateStatus::ACCELERATION)
-        }
+        nearest(asked, low, high)
     }
 
     /// The furthest `sign * q` that a joint reaches while it brakes; with `from_next` the braking includes this tick.
@@ -243,5 +325,32 @@ impl Gate {
     }
 }
 
+/// A bound of a step, and the limit that it comes from.
+type Bound = (i32, GateStatus);
+
+/// Lower and upper bound of a step by acceleration and rate.
+fn own_bounds(limits: &Limits, last: i32) -> (Bound, Bound) {
+    // At most twice the rate.
+    let a = limits.acceleration.get() as i32;
+    let low =
+        if -limits.rate > last - a { (-limits.rate, GateStatus::RATE) } else { (last - a, GateStatus::ACCELERATION) };
+    let high =
+        if limits.rate < last + a { (limits.rate, GateStatus::RATE) } else { (last + a, GateStatus::ACCELERATION) };
+    (low, high)
+}
+
+/// The step nearest to `asked` within the bounds, and the limit of the bound that acts.
+fn nearest(asked: i32, low: Bound, high: Bound) -> Bound {
+    if asked > high.0 {
+        high
+    } else if asked < low.0 {
+        low
+    } else {
+        (asked, GateStatus::ACCELERATION)
+    }
+}
+
+#[cfg(test)]
+mod reference;
 #[cfg(test)]
 mod tests;

@@ -15,16 +15,22 @@ pub(crate) const STEPS: f32 = 268_435_456.0;
 pub(crate) struct Limits {
     pub(crate) least: i32,
     pub(crate) most: i32,
-    pub(crate) rate: i64,
+    /// At most 18 rad/s for 10 ms, so well within an `i32`.
+    pub(crate) rate: i32,
     pub(crate) acceleration: NonZeroU32,
+    /// `rate + brake(rate)`: with so much room or more, a bound allows every step that the rate allows. Braking takes at most 90 degrees.
+    pub(crate) room: i32,
 }
 
-/// Bound on two joints: `signs[0] q[joints[0]] + signs[1] q[joints[1]] <= most`.
+/// Bound on two joints: `q[joints[0]] + sign q[joints[1]] <= most`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Edge {
     pub(crate) joints: [Joint; 2],
-    pub(crate) signs: [i64; 2],
-    pub(crate) most: i64,
+    /// 1 or -1.
+    pub(crate) sign: i32,
+    pub(crate) most: i32,
+    /// Up to this sum, the edge bounds no step of its joints: `most` less the room of both.
+    pub(crate) far: i32,
 }
 
 impl Limits {
@@ -57,7 +63,9 @@ impl Limits {
         let rate = (rate * dt * STEPS) as u32;
         let acceleration = ((acceleration * dt * dt * STEPS) as u32).min(rate.saturating_mul(2));
         let acceleration = NonZeroU32::new(acceleration).unwrap_or(NonZeroU32::MIN);
-        Ok(Self { least, most, rate: i64::from(rate), acceleration })
+        let mut limits = Self { least, most, rate: rate as i32, acceleration, room: 0 };
+        limits.room = (i64::from(limits.rate) + limits.brake(i64::from(limits.rate))) as i32;
+        Ok(limits)
     }
 
     /// Nearest position in range.
@@ -74,8 +82,11 @@ impl Limits {
     /// The greatest v with v + brake(v) <= margin; the margin itself if it is negative.
     pub(crate) fn reach(&self, margin: i64) -> i64 {
         let Ok(margin) = u32::try_from(margin) else { return margin.min(i64::from(u32::MAX)) };
-        // v + brake(v) is A n (n + 1) / 2 at v = n A, and grows by n + 1 for every step of v from there.
         let a = self.acceleration;
+        if margin < a.get() {
+            return i64::from(margin);
+        }
+        // v + brake(v) is A n (n + 1) / 2 at v = n A, and grows by n + 1 for every step of v from there.
         let n = ((margin / a).saturating_mul(8).saturating_add(1).isqrt() - 1) / 2;
         let whole = a.get() * (n * (n + 1) / 2);
         i64::from(n * a.get() + (margin - whole) / NonZeroU32::MIN.saturating_add(n))
@@ -83,26 +94,25 @@ impl Limits {
 }
 
 impl Edge {
-    pub(crate) fn build(index: usize, limit: &PoseLimit) -> Result<Self, LoopError> {
+    pub(crate) fn build(index: usize, limit: &PoseLimit, joints: &[Limits; Joint::COUNT]) -> Result<Self, LoopError> {
         if limit.first == limit.second {
             return Err(LoopError::SameJoint { index });
         }
         let most = inside("gate.pose.most", None, limit.most.0, -4.5, 4.5, "rad")? * STEPS;
-        let whole = most as i64;
-        let second = match limit.sense {
+        let whole = most as i32;
+        let most = whole - i32::from(whole as f32 > most);
+        let sign = match limit.sense {
             PoseSense::Sum => 1,
             PoseSense::Difference => -1,
         };
-        Ok(Self {
-            joints: [limit.first, limit.second],
-            signs: [1, second],
-            most: whole - i64::from(whole as f32 > most),
-        })
+        let pair = [limit.first, limit.second];
+        let [first, second] = pair.map(|joint| joints[joint as usize & 3].room);
+        Ok(Self { joints: pair, sign, most, far: most.saturating_sub(first).saturating_sub(second) })
     }
 
-    /// Excess of a pose over the bound, in steps; 0 or less inside.
-    pub(crate) fn excess(&self, position: &[i32; Joint::COUNT]) -> i64 {
-        let [first, second] = self.joints.map(|joint| i64::from(position[joint as usize & 3]));
-        self.signs[0] * first + self.signs[1] * second - self.most
+    /// The sum that the edge bounds, in steps. Within the ranges of the joints it is at most 5 rad, so it fits.
+    pub(crate) fn sum(&self, position: &[i32; Joint::COUNT]) -> i32 {
+        let [first, second] = self.joints.map(|joint| position[joint as usize & 3]);
+        first + self.sign * second
     }
 }

@@ -1,7 +1,8 @@
-//! Conversion of generator angles to servo pulses: blend, gate, limits, ramp, servo map.
+//! Conversion of generator angles to servo pulses: blend, gate, limits, ramp, servo map, start of an arming.
 
 pub(crate) mod blend;
 pub(crate) mod gate;
 pub(crate) mod limits;
 pub(crate) mod ramp;
 pub(crate) mod servo;
+pub mod start;

@@ -53,8 +53,25 @@ impl ServoMap {
         if !micros.is_finite() {
             return None;
         }
-        let kept = micros.max(self.shortest).min(self.longest);
+        // Compares, since `f32::max` and `f32::min` are calls on this processor.
+        let kept = if micros < self.shortest {
+            self.shortest
+        } else if micros > self.longest {
+            self.longest
+        } else {
+            micros
+        };
         Some(PulseMicros((kept + 0.5) as u16))
+    }
+
+    /// Pulses of all servos for a pose; `None` if one of its angles is not finite.
+    #[must_use]
+    pub fn pulses(servos: &[Self; Joint::COUNT], pose: [Radians; Joint::COUNT]) -> Option<[PulseMicros; Joint::COUNT]> {
+        let mut pulses = [PulseMicros(0); Joint::COUNT];
+        for ((pulse, servo), angle) in pulses.iter_mut().zip(servos).zip(pose) {
+            *pulse = servo.pulse(angle)?;
+        }
+        Some(pulses)
     }
 
     /// Whether the servo may get this pulse.

@@ -9,6 +9,7 @@ use crate::control::tick::{JointLoop, Stages};
 use crate::control::trim::Trimmer;
 use crate::error::LoopError;
 use crate::motion::blend::BlendConfig;
+use crate::motion::start::Start;
 use crate::setup::robot::{GateConfig, ServoConfig};
 use crate::setup::robot_config::{Robot, RobotConfig};
 use cpg_core::{Follow, Generator};
@@ -78,7 +79,18 @@ impl LoopConfig {
             return Err(LoopError::Generator);
         }
         Ok(JointLoop::new(
-            Stages { gate, servos, blend, trimmer, monitor, supply, button, sensors, gait_sensor: self.gait_sensor },
+            Stages {
+                gate,
+                servos,
+                blend,
+                start: Start::build(period)?,
+                trimmer,
+                monitor,
+                supply,
+                button,
+                sensors,
+                gait_sensor: self.gait_sensor,
+            },
             generator,
             parked,
             period,

@@ -105,7 +105,8 @@ impl core::error::Error for BoardLoopError {}
 ///
 /// `vrefint_cal` is the factory's code of the chip's internal reference, `min_supply` the lowest supply at which a sample can be good, see
 /// [`RobotConfig::min_supply_on`]. With `sensor_required` the joints move only while the sensors are good; a follower
-/// may lose them for [`FOLLOWER_LOST_MS`]. The emergency stop must be tested before the first arming ([`crate::control::stop_test`]).
+/// may lose them for [`FOLLOWER_LOST_MS`]. The emergency stop must be tested before the first arming ([`crate::control::stop_test`]), and the
+/// clock of the watchdog measured ([`crate::control::watchdog_clock`]).
 ///
 /// ```
 /// use joint_loop::setup::default_loop::{Parameters, board_loop};
@@ -141,6 +142,7 @@ pub fn board_loop(
     let mut config = LoopConfig::of(&parameters.robot);
     config.monitor.sensor_required = sensor_required;
     config.monitor.stop_test_required = true;
+    config.monitor.watchdog_clock_required = true;
     if parameters.generator.follows().is_some() {
         // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good before this time.
         config.monitor.sensor_tolerance_s = f32::from(FOLLOWER_LOST_MS) / 1000.0;

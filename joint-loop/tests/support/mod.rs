@@ -1,6 +1,8 @@
 //! Shared code of the loop's tests: a sensor, samples, scripts to each state, a generator with set angles.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part of this module")]
 
+pub mod motion_limits;
+
 use cpg_core::entrainment::FollowStatus;
 use cpg_core::gait::default_walk::{self, default_walk};
 use cpg_core::{Follow, Generator, StateFault, Unguided};

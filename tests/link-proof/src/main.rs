@@ -30,8 +30,8 @@ mod proof {
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_with};
     use joint_loop::store::{generator_record, robot_record, sensor_record};
     use joint_loop::tuning::Request;
-    use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample};
-    use joint_units::{AdcCode, Period, Volts};
+    use joint_loop::{BoardFaults, Debugger, LoopConfig, SENSORS, Sample, WatchdogHz};
+    use joint_units::{AdcCode, Joint, Period, PulseMicros, Volts};
 
     unsafe extern "C" {
         /// Not defined, so that a reachable call fails to link.
@@ -103,8 +103,12 @@ mod proof {
             foot: black_box(false),
             late: black_box(false),
             faults: BoardFaults::from_bits(black_box(0)),
+            watchdog_clock: black_box(Some(WatchdogHz(32_000))),
+            debugger: black_box(Debugger::Absent),
             request: black_box(None::<Request>),
         };
+        black_box(joints.start_from(black_box([PulseMicros(1_500); Joint::COUNT])));
+        black_box((joints.wrong_watchdog_clock(), joints.knows_last_pulses()));
         black_box(joints.tick(&sample));
         crate::records::of_tick(&sample, &black_box(joints.frame()), joints.answers());
         black_box(joints.settings().ticks_a_record());

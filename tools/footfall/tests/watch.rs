@@ -298,6 +298,11 @@ fn a_fault_of_a_run_is_in_the_exit_code_and_the_message() {
         ("unexpected_faults", 1.into(), "1 faults that were not injected"),
         ("edges_before_arming", 2.into(), "2 edges of servo pins while disarmed"),
         ("edges_after_disarming", 1.into(), "1 edges of servo pins while disarmed"),
+        (
+            "judged",
+            serde_json::json!({ "pulses": 9, "cut": 0, "trimmed": [], "violations": 1, "first": ["PE9 at 0.1 s: 90 us"] }),
+            "1 pulses that no servo may get: PE9 at 0.1 s: 90 us",
+        ),
     ] {
         let mut simulated = SimulatedBoard::new();
         simulated.walk(1);
@@ -336,7 +341,7 @@ fn another_image_or_another_version_is_refused() {
         (garbage.lines, "does not begin with a frame of this image"),
         (
             version.lines,
-            "the board sends records of version 99, this program reads version 5: flash the image of this checkout",
+            "the board sends records of version 99, this program reads version 6: flash the image of this checkout",
         ),
         (strange, "the virtual board wrote `thread 'main' panicked`"),
     ] {

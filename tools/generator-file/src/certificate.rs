@@ -30,11 +30,10 @@ use crate::limits::{Excess, JointPeaks, Measured, STILL_DEG, measure};
 use crate::orbit::Motion;
 use crate::returns::{Return, in_words};
 use crate::single_precision::largest_step;
-use crate::status::Verdict;
 use crate::subject::{Settled, Subject};
 
 pub use crate::returns::{KICK_PHASES, RANDOM_KICKS, RETURN_STRIDES, START_BOX, START_STRIDES};
-pub use crate::status::CertificateStatus;
+pub use crate::status::{CertificateStatus, Verdict};
 
 /// The certificate.
 #[derive(Debug, Clone, Serialize)]
@@ -69,6 +68,9 @@ pub struct Certificate {
     pub accepted: bool,
     /// Why it was not accepted: every condition that is not met, that of the status first.
     pub refused_because: Option<String>,
+    /// The same as data: each condition that is not met, and why in words and numbers where there is more to say than the condition itself.
+    #[serde(skip)]
+    pub reasons: Vec<Verdict>,
 }
 
 /// Measures the set of a generator file, see [`certify_subject`].
@@ -114,6 +116,7 @@ pub fn certify_subject(
         status: CertificateStatus::Accepted,
         accepted: false,
         refused_because: None,
+        reasons: vec![],
     };
     progress("orbit");
     let reasons = match subject.motion()? {
@@ -124,6 +127,7 @@ pub fn certify_subject(
     certificate.accepted = reasons.is_empty();
     let words: Vec<String> = reasons.iter().map(in_words).collect();
     certificate.refused_because = (!certificate.accepted).then(|| words.join("; also "));
+    certificate.reasons = reasons;
     Ok(certificate)
 }
 

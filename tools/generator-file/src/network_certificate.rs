@@ -53,6 +53,9 @@ pub struct NetworkCertificate {
     pub accepted: bool,
     /// Why it was not accepted: every condition that is not met, that of the status first.
     pub refused_because: Option<String>,
+    /// The same as data, see [`crate::certificate::Certificate::reasons`].
+    #[serde(skip)]
+    pub reasons: Vec<Verdict>,
 }
 
 /// Measures a network. `starts`: number of random starts; `progress` is called with the name of each measurement.
@@ -90,6 +93,7 @@ pub fn certify_network(
         status: reasons.first().map_or(CertificateStatus::Accepted, |(status, _)| *status),
         accepted: reasons.is_empty(),
         refused_because: (!reasons.is_empty()).then(|| words.join("; also ")),
+        reasons,
     })
 }
 

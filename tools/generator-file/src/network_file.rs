@@ -288,12 +288,32 @@ impl HostGenerator {
     /// # Errors
     /// The first error in the file, with line and key.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let file = TomlFile::read(path)?;
+        Self::of(&TomlFile::read(path)?)
+    }
+
+    /// Reads a text; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`HostGenerator::read`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileError> {
+        Self::of(&TomlFile::of_text(name, text.into()))
+    }
+
+    fn of(file: &TomlFile) -> Result<Self, FileError> {
         let top = file.top(MAKE_AGAIN)?;
         if top.has(LIST_OF_JOINTS) {
             return NetworkFile::of(&top).map(Self::Network);
         }
-        GeneratorFile::of(&file).map(Self::FourJoints)
+        GeneratorFile::of(file).map(Self::FourJoints)
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        match self {
+            Self::FourJoints(file) => file.to_toml(),
+            Self::Network(file) => file.to_toml(),
+        }
     }
 }
 

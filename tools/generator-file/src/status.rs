@@ -60,4 +60,4 @@ impl CertificateStatus {
 }
 
 /// A status, and why in words and numbers.
-pub(crate) type Verdict = (CertificateStatus, Option<String>);
+pub type Verdict = (CertificateStatus, Option<String>);

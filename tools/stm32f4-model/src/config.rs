@@ -10,7 +10,8 @@ pub struct SocConfig {
     pub hse_ready: bool,
     /// True where a 32 768 Hz crystal is fitted (the Discovery board has none).
     pub lse_ready: bool,
-    /// Frequency of the internal low speed oscillator, Hz: 32 000 nominal, 17 000 to 47 000 by the data sheet. Clocks the watchdog.
+    /// Frequency of the internal low speed oscillator at power-on, Hz: 32 000 nominal, 17 000 to 47 000 by the data sheet, 0 for one that does not
+    /// oscillate. Clocks the watchdog; [`crate::Soc::set_lsi`] changes it.
     pub lsi_hz: f64,
     /// Analogue supply and ADC reference, V; [`crate::Plant::vdda`] may override it. On the Discovery board, powered by 5 V USB: 3.0 V.
     pub vdda: f64,
@@ -24,7 +25,7 @@ pub struct SocConfig {
     pub vrefint_cal: Option<u16>,
     /// The 96 bit unique identifier at 0x1FFF7A10.
     pub unique_id: [u32; 3],
-    /// BOR_LEV of the option bytes: 0 is the highest level of the brown-out reset, 3 is off, as delivered. The reset itself is not modelled.
+    /// BOR_LEV of the option bytes: 0 is the highest level of the brown-out reset, 3 is off, as delivered.
     pub bor_level: u8,
     /// Flash size at 0x1FFF7A22, KiB.
     pub flash_kib: u16,

@@ -1,6 +1,7 @@
 //! DBGMCU: device identity and debug freeze bits (RM0090 38.16).
 //!
-//! The freeze bits act only while a debugger halts the core. That is not modelled, so they are plain storage.
+//! The freeze bits act only while a debugger halts the core ([`crate::Soc::halt`]): of the timers and of the watchdog. The others are plain
+//! storage.
 
 use crate::lint::LintKind;
 
@@ -35,6 +36,25 @@ impl Dbgmcu {
     }
 }
 
+impl Dbgmcu {
+    /// Whether a timer, 1 to 14, stops while the core is halted (38.16.4, 38.16.5).
+    pub(crate) fn stops_timer(&self, number: usize) -> bool {
+        let (register, bit) = match number {
+            2..=7 => (0, number - 2),
+            12..=14 => (0, number - 6),
+            1 => (1, 0),
+            8 => (1, 1),
+            _ => (1, number + 7),
+        };
+        self.freeze[register] >> bit & 1 != 0
+    }
+
+    /// Whether the independent watchdog stops while the core is halted.
+    pub(crate) fn stops_watchdog(&self) -> bool {
+        self.freeze[0] >> 12 & 1 != 0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,5 +67,18 @@ mod tests {
         dbgmcu.write(8, 1 << 12, &mut Vec::new());
         dbgmcu.write(4, 7, &mut Vec::new());
         assert_eq!((dbgmcu.peek(8), dbgmcu.peek(4)), (Some(1 << 12), Some(7)));
+        assert!(dbgmcu.stops_watchdog());
+    }
+
+    #[test]
+    fn a_freeze_bit_for_each_timer() {
+        // RM0090 38.16.4, 38.16.5.
+        let bits = [(2, 8, 0), (7, 8, 5), (12, 8, 6), (14, 8, 8), (1, 12, 0), (8, 12, 1), (9, 12, 16), (11, 12, 18)];
+        for (number, offset, bit) in bits {
+            let mut dbgmcu = Dbgmcu::default();
+            dbgmcu.write(offset, 1 << bit, &mut Vec::new());
+            let stopped: Vec<_> = (1..=14).filter(|number| dbgmcu.stops_timer(*number)).collect();
+            assert_eq!((stopped, dbgmcu.stops_watchdog()), (vec![number], false));
+        }
     }
 }

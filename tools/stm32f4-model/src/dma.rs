@@ -42,29 +42,49 @@ pub(crate) enum DmaSource {
     ToSend,
 }
 
-/// Connections of the request sources: source, controller (0 is DMA1), stream, channel (10.3.3, tables 42 and 43).
+/// Connections of a request source: controller (0 is DMA1), stream, channel (10.3.3, tables 42 and 43).
 #[rustfmt::skip]
-pub(crate) static REQUESTS: [(DmaSource, usize, usize, u32); 51] = [
-    (DmaSource::Adc(0), 1, 0, 0), (DmaSource::Adc(0), 1, 4, 0), (DmaSource::Adc(1), 1, 2, 1), (DmaSource::Adc(1), 1, 3, 1),
-    (DmaSource::Received, 0, 5, 4), (DmaSource::ToSend, 0, 6, 4),
-    (DmaSource::Adc(2), 1, 0, 2), (DmaSource::Adc(2), 1, 1, 2),
-    (DmaSource::Update(1), 1, 5, 6), (DmaSource::Update(2), 0, 1, 3), (DmaSource::Update(2), 0, 7, 3), (DmaSource::Update(3), 0, 2, 5),
-    (DmaSource::Update(4), 0, 6, 2), (DmaSource::Update(5), 0, 0, 6), (DmaSource::Update(5), 0, 6, 6), (DmaSource::Update(6), 0, 1, 7),
-    (DmaSource::Update(7), 0, 2, 1), (DmaSource::Update(7), 0, 4, 1), (DmaSource::Update(8), 1, 1, 7),
-    (DmaSource::Compare(1, 0), 1, 1, 6), (DmaSource::Compare(1, 0), 1, 3, 6), (DmaSource::Compare(1, 0), 1, 6, 0),
-    (DmaSource::Compare(1, 1), 1, 2, 6), (DmaSource::Compare(1, 1), 1, 6, 0), (DmaSource::Compare(1, 2), 1, 6, 0),
-    (DmaSource::Compare(1, 2), 1, 6, 6), (DmaSource::Compare(1, 3), 1, 4, 6),
-    (DmaSource::Compare(2, 0), 0, 5, 3), (DmaSource::Compare(2, 1), 0, 6, 3), (DmaSource::Compare(2, 2), 0, 1, 3),
-    (DmaSource::Compare(2, 3), 0, 6, 3), (DmaSource::Compare(2, 3), 0, 7, 3),
-    (DmaSource::Compare(3, 0), 0, 4, 5), (DmaSource::Compare(3, 1), 0, 5, 5), (DmaSource::Compare(3, 2), 0, 7, 5),
-    (DmaSource::Compare(3, 3), 0, 2, 5),
-    (DmaSource::Compare(4, 0), 0, 0, 2), (DmaSource::Compare(4, 1), 0, 3, 2), (DmaSource::Compare(4, 2), 0, 7, 2),
-    (DmaSource::Compare(5, 0), 0, 2, 6), (DmaSource::Compare(5, 1), 0, 4, 6), (DmaSource::Compare(5, 2), 0, 0, 6),
-    (DmaSource::Compare(5, 3), 0, 1, 6), (DmaSource::Compare(5, 3), 0, 3, 6),
-    (DmaSource::Compare(8, 0), 1, 2, 7), (DmaSource::Compare(8, 1), 1, 3, 7), (DmaSource::Compare(8, 2), 1, 4, 7),
-    (DmaSource::Compare(8, 0), 1, 2, 0), (DmaSource::Compare(8, 1), 1, 2, 0), (DmaSource::Compare(8, 2), 1, 2, 0),
-    (DmaSource::Compare(8, 3), 1, 7, 7),
-];
+pub(crate) const fn connections(source: DmaSource) -> &'static [(usize, usize, u32)] {
+    match source {
+        DmaSource::Adc(0) => &[(1, 0, 0), (1, 4, 0)],
+        DmaSource::Adc(1) => &[(1, 2, 1), (1, 3, 1)],
+        DmaSource::Received => &[(0, 5, 4)],
+        DmaSource::ToSend => &[(0, 6, 4)],
+        DmaSource::Adc(2) => &[(1, 0, 2), (1, 1, 2)],
+        DmaSource::Update(1) => &[(1, 5, 6)],
+        DmaSource::Update(2) => &[(0, 1, 3), (0, 7, 3)],
+        DmaSource::Update(3) => &[(0, 2, 5)],
+        DmaSource::Update(4) => &[(0, 6, 2)],
+        DmaSource::Update(5) => &[(0, 0, 6), (0, 6, 6)],
+        DmaSource::Update(6) => &[(0, 1, 7)],
+        DmaSource::Update(7) => &[(0, 2, 1), (0, 4, 1)],
+        DmaSource::Update(8) => &[(1, 1, 7)],
+        DmaSource::Compare(1, 0) => &[(1, 1, 6), (1, 3, 6), (1, 6, 0)],
+        DmaSource::Compare(1, 1) => &[(1, 2, 6), (1, 6, 0)],
+        DmaSource::Compare(1, 2) => &[(1, 6, 0), (1, 6, 6)],
+        DmaSource::Compare(1, 3) => &[(1, 4, 6)],
+        DmaSource::Compare(2, 0) => &[(0, 5, 3)],
+        DmaSource::Compare(2, 1) => &[(0, 6, 3)],
+        DmaSource::Compare(2, 2) => &[(0, 1, 3)],
+        DmaSource::Compare(2, 3) => &[(0, 6, 3), (0, 7, 3)],
+        DmaSource::Compare(3, 0) => &[(0, 4, 5)],
+        DmaSource::Compare(3, 1) => &[(0, 5, 5)],
+        DmaSource::Compare(3, 2) => &[(0, 7, 5)],
+        DmaSource::Compare(3, 3) => &[(0, 2, 5)],
+        DmaSource::Compare(4, 0) => &[(0, 0, 2)],
+        DmaSource::Compare(4, 1) => &[(0, 3, 2)],
+        DmaSource::Compare(4, 2) => &[(0, 7, 2)],
+        DmaSource::Compare(5, 0) => &[(0, 2, 6)],
+        DmaSource::Compare(5, 1) => &[(0, 4, 6)],
+        DmaSource::Compare(5, 2) => &[(0, 0, 6)],
+        DmaSource::Compare(5, 3) => &[(0, 1, 6), (0, 3, 6)],
+        DmaSource::Compare(8, 0) => &[(1, 2, 7), (1, 2, 0)],
+        DmaSource::Compare(8, 1) => &[(1, 3, 7), (1, 2, 0)],
+        DmaSource::Compare(8, 2) => &[(1, 4, 7), (1, 2, 0)],
+        DmaSource::Compare(8, 3) => &[(1, 7, 7)],
+        DmaSource::Adc(_) | DmaSource::Update(_) | DmaSource::Compare(..) => &[],
+    }
+}
 
 /// Interrupt numbers of the streams of both controllers.
 pub(crate) const IRQS: [[u8; 8]; 2] = [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
@@ -92,6 +112,10 @@ struct DmaStream {
     moved: u32,
     /// The next transfer fails with a bus error.
     fail_next_transfer: bool,
+    /// Its requests are not served.
+    is_stalled: bool,
+    /// The next request is taken without a transfer.
+    loses_next_request: bool,
 }
 
 /// Registers of one controller.
@@ -165,7 +189,7 @@ impl Dma {
     /// The transfer that a stream makes for a request on `channel`; `None` if the stream is off or has selected another channel.
     pub(crate) fn transfer(&self, stream: usize, channel: u32) -> Option<DmaTransfer> {
         let stream = &self.streams[stream];
-        if stream.cr & EN == 0 || stream.cr >> 25 & 7 != channel || stream.ndtr == 0 {
+        if stream.is_stalled || stream.cr & EN == 0 || stream.cr >> 25 & 7 != channel || stream.ndtr == 0 {
             return None;
         }
         let width = stream.width();
@@ -217,6 +241,21 @@ impl Dma {
     /// Makes the next transfer of a stream fail.
     pub(crate) fn fail_next_transfer(&mut self, stream: usize) {
         self.streams[stream].fail_next_transfer = true;
+    }
+
+    /// Stops serving the requests of a stream, or serves them again. They stay with their source meanwhile.
+    pub(crate) fn stall(&mut self, stream: usize, is_stalled: bool) {
+        self.streams[stream].is_stalled = is_stalled;
+    }
+
+    /// Makes a stream take its next request without a transfer.
+    pub(crate) fn lose_next_request(&mut self, stream: usize) {
+        self.streams[stream].loses_next_request = true;
+    }
+
+    /// Whether the request that a stream serves now is lost; only once.
+    pub(crate) fn takes_lost_request(&mut self, stream: usize) -> bool {
+        std::mem::take(&mut self.streams[stream].loses_next_request)
     }
 
     /// True if a stream has a flag; without one no interrupt line is high.

@@ -1,6 +1,6 @@
 //! Models of the STM32F407VG's peripherals: registers, interrupt lines and pins, without the processor.
 //!
-//! [`Soc`] holds RCC, PWR, the flash interface's registers, GPIO, SYSCFG, EXTI, TIM1 to TIM14, ADC1 to ADC3, DMA1 and DMA2, USART2, IWDG, DBGMCU
+//! [`Soc`] holds RCC, PWR, the supervision of the supply, the flash interface, GPIO, SYSCFG, EXTI, TIM1 to TIM14, ADC1 to ADC3, DMA1 and DMA2, USART2, IWDG, DBGMCU
 //! and the factory data. The caller models the core and its own registers (NVIC, SysTick, SCB, DWT). A [`Plant`] supplies the signals at
 //! the pins, a [`DmaMemory`] the memory that DMA accesses.
 //!
@@ -13,7 +13,7 @@
 //! in advance, not found by stepping each cycle: a timer whose signals are not used costs no time until it is read.
 //!
 //! Limits: oscillators and PLL are ready at once; DMA takes no time; the ADC has neither noise nor source impedance; timers only count up,
-//! edge-aligned; flash cannot be erased or programmed; low power modes, supply supervision, WWDG, RTC and the other serial interfaces are missing.
+//! edge-aligned; mass erase and writes of option bytes are missing, and so are low power modes, WWDG, RTC and the other serial interfaces are missing.
 #![forbid(unsafe_code)]
 
 mod adc;
@@ -27,6 +27,7 @@ mod flash;
 mod gpio;
 mod iwdg;
 mod lint;
+mod lsi;
 mod memory_map;
 mod pin;
 mod plant;
@@ -34,12 +35,14 @@ mod pwr;
 mod rcc;
 mod reset;
 mod soc;
+mod supply;
 mod tim;
 mod usart;
 
 pub use adc::{AdcChannel, Conversion};
 pub use bus::Width;
 pub use config::SocConfig;
+pub use flash::{FlashChange, FlashOperation};
 pub use lint::{Lint, LintKind};
 pub use pin::{PORTS, Pin, UnknownPin};
 pub use plant::{DmaMemory, NoMemory, Plant};

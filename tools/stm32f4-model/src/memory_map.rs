@@ -177,12 +177,32 @@ pub(crate) static BLOCKS: [PeripheralBlock; 65] = [
     block("DBGMCU", 0xE004_2000, Model::Dbgmcu, Widths::Any, None),
 ];
 
+/// The pages of 1 KiB that hold most blocks: TIM2 to DMA2.
+const PAGE: u32 = 0x400;
+const PAGES_BASE: u32 = 0x4000_0000;
+const PAGES: usize = 0xA0;
+
+/// For each page, the index of the first block that ends above its start.
+static FIRST_BLOCKS: [u8; PAGES] = {
+    let mut first = [0; PAGES];
+    let mut block = 0;
+    let mut page = 0;
+    while page < PAGES {
+        while BLOCKS[block].base + BLOCKS[block].size <= PAGES_BASE + page as u32 * PAGE {
+            block += 1;
+        }
+        first[page] = block as u8;
+        page += 1;
+    }
+    first
+};
+
 /// Finds the block of an address, and the offset in it, bytes.
 pub(crate) fn locate(addr: u32) -> Option<(&'static PeripheralBlock, u32)> {
-    let after = BLOCKS.partition_point(|block| block.base <= addr);
-    let block = BLOCKS.get(after.checked_sub(1)?)?;
-    let offset = addr - block.base;
-    (offset < block.size).then_some((block, offset))
+    let page = (addr.wrapping_sub(PAGES_BASE) / PAGE) as usize;
+    let from = FIRST_BLOCKS.get(page).map_or(0, |&first| usize::from(first));
+    let block = BLOCKS[from..].iter().find(|block| addr < block.base + block.size)?;
+    (addr >= block.base).then(|| (block, addr - block.base))
 }
 
 #[cfg(test)]
@@ -193,6 +213,15 @@ mod tests {
     fn blocks_are_in_order_and_do_not_overlap() {
         for pair in BLOCKS.windows(2) {
             assert!(pair[0].base + pair[0].size <= pair[1].base, "{} and {}", pair[0].name, pair[1].name);
+        }
+    }
+
+    #[test]
+    fn the_table_of_pages_finds_what_a_search_of_all_blocks_finds() {
+        for addr in (0x4000_0000..0x4003_0000).step_by(0x40).chain((0x1FFF_7000..0x1FFF_8000).step_by(0x40)) {
+            let searched = BLOCKS.iter().find(|block| (block.base..block.base + block.size).contains(&addr));
+            let found = locate(addr).map(|(block, offset)| (block.name, offset));
+            assert_eq!(found, searched.map(|block| (block.name, addr - block.base)), "{addr:#010x}");
         }
     }
 

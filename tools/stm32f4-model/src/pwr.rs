@@ -1,6 +1,6 @@
 //! PWR: registers of the power controller (RM0090 chapter 5.4, STM32F405/407).
 //!
-//! Low power modes and supply supervision are not modelled.
+//! Low power modes are not modelled. [`crate::supply`] has the supervision of the supply.
 
 use crate::lint::LintKind;
 
@@ -14,35 +14,37 @@ const VOS: u32 = 1 << 14;
 pub(crate) struct Pwr {
     cr: u32,
     csr: u32,
+    /// PVDO: the supply is below the threshold of the voltage detector.
+    pub(crate) supply_is_low: bool,
 }
 
 impl Pwr {
     pub(crate) fn new() -> Self {
-        Pwr { cr: VOS, csr: 0 }
+        Pwr { cr: VOS, csr: 0, supply_is_low: false }
     }
 
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             0x00 => self.cr,
             // 5.4.2: VOSRDY. The regulator is ready at once, and so is the backup regulator.
-            0x04 => self.csr | VOS | self.csr >> 6 & 1 << 3,
+            0x04 => self.csr | VOS | self.csr >> 6 & 1 << 3 | u32::from(self.supply_is_low) << 2,
             _ => return None,
         })
     }
 
     pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         match offset {
-            0x00 => {
-                if value & PVDE != 0 {
-                    lints.push(LintKind::Mode("supply supervisor (PVD)"));
-                }
-                // CWUF and CSBF clear flags that are never set here, and read as 0. VOS has one bit on this chip; bit 15 is reserved.
-                self.cr = value & 0x43F3;
-            }
+            // CWUF and CSBF clear flags that are never set here, and read as 0. VOS has one bit on this chip; bit 15 is reserved.
+            0x00 => self.cr = value & 0x43F3,
             // EWUP and BRE; WUF, SBF, PVDO are read only.
             0x04 => self.csr = value & 0x300,
             _ => lints.push(LintKind::Unmodelled),
         }
+    }
+
+    /// PVDE and PLS: whether the voltage detector is on, and its threshold.
+    pub(crate) fn voltage_detector(&self) -> (bool, u32) {
+        (self.cr & PVDE != 0, self.cr >> 5 & 7)
     }
 
     /// True where RCC_BDCR and the RTC may be written.
@@ -71,7 +73,7 @@ mod tests {
         pwr.write(4, 1 << 9, &mut lints);
         assert_eq!(pwr.peek(4), Some(0x4208));
         assert_eq!(lints, []);
-        pwr.write(0, PVDE, &mut lints);
-        assert!(lints.len() == 1 && lints[0].is_unmodelled());
+        pwr.write(0, PVDE | 5 << 5, &mut lints);
+        assert_eq!((pwr.voltage_detector(), lints), ((true, 5), vec![]));
     }
 }

@@ -149,13 +149,24 @@ impl BoardModel {
         self.now += cycles;
     }
 
-    /// Advances time to the deadline, with the core asleep.
-    pub(crate) fn sleep(&mut self) {
+    /// Advances time to the deadline, with the core asleep. Returns the cycles slept.
+    pub(crate) fn sleep(&mut self) -> u64 {
         let until = self.deadline.max(self.now + 1);
+        let cycles = until - self.now;
         if !self.debug_in_sleep {
-            self.scs.exclude_cycles(until - self.now);
+            self.scs.exclude_cycles(cycles);
         }
         self.now = until;
+        cycles
+    }
+
+    /// True if a core that sleeps continues to sleep, and the run has nothing to report or to do before the deadline.
+    /// `injection_s`: time of the next fault to inject, s.
+    #[must_use]
+    pub(crate) fn is_quiet(&self, injection_s: f64) -> bool {
+        let asleep = !self.nvic.has_pending() && !self.event && !self.soc.clock_stopped();
+        let silent = self.reset.is_none() && self.reached.is_none() && !self.plant.pulses.has_news();
+        asleep && silent && !self.stop_is_due() && self.seconds() < injection_s
     }
 
     /// Advances the peripherals to the present, and updates interrupt lines and reset requests.
@@ -168,6 +179,13 @@ impl BoardModel {
     fn advance(&mut self, memory: &mut dyn DmaMemory) {
         self.plant.pulses.instructions = self.instructions;
         self.soc.advance_to(self.now, &mut self.plant, memory);
+        // Before the next write: the compare registers still hold what the pulse began with.
+        if self.plant.pulses.awaits_programmed() {
+            let programmed = TIM1_CCR.step_by(4).map(|addr| f64::from(self.soc.read(addr, Width::Word)));
+            let mut us = [0.0; 4];
+            us.iter_mut().zip(programmed).for_each(|(us, programmed)| *us = programmed);
+            self.plant.pulses.note_programmed(us);
+        }
     }
 
     fn refresh(&mut self) {
@@ -249,6 +267,27 @@ impl BoardModel {
         self.plant.pulses.set_armed(armed, seconds);
     }
 
+    /// Adds the cycles of instructions that do not take one cycle each.
+    #[inline(never)]
+    fn spend(&mut self, instructions: u32) {
+        let spent = u64::from(instructions) * self.cpi_milli + self.cycle_remainder;
+        self.now += spent / 1000;
+        self.cycle_remainder = spent % 1000;
+    }
+
+    #[inline(never)]
+    fn is_deliverable(&self, masks: Masks) -> bool {
+        self.nvic.deliverable(masks).is_some()
+    }
+
+    #[cold]
+    fn note_watched(&mut self, pc: u32) {
+        if let Some(n) = self.watched.iter().position(|&watched| watched == pc) {
+            self.reached = Some(self.watched.swap_remove(n));
+            self.deadline = 0;
+        }
+    }
+
     fn is_core(addr: u32) -> bool {
         (0xE000_0000..0xE004_2000).contains(&addr) || (0xE004_2400..0xE010_0000).contains(&addr)
     }
@@ -266,7 +305,7 @@ impl BoardModel {
 
 impl Machine for BoardModel {
     fn before_block(&mut self, masks: impl FnOnce() -> Masks) -> bool {
-        self.now >= self.deadline || self.exception_possible && self.nvic.deliverable(masks()).is_some()
+        self.now >= self.deadline || self.exception_possible && self.is_deliverable(masks())
     }
 
     fn charge(&mut self, pc: u32, instructions: u32) {
@@ -275,13 +314,10 @@ impl Machine for BoardModel {
         if self.cpi_milli == 1000 {
             self.now += u64::from(instructions);
         } else {
-            let spent = u64::from(instructions) * self.cpi_milli + self.cycle_remainder;
-            self.now += spent / 1000;
-            self.cycle_remainder = spent % 1000;
+            self.spend(instructions);
         }
-        if let Some(n) = self.watched.iter().position(|&watched| watched == pc) {
-            self.reached = Some(self.watched.swap_remove(n));
-            self.deadline = 0;
+        if !self.watched.is_empty() {
+            self.note_watched(pc);
         }
     }
 
@@ -331,5 +367,36 @@ impl Machine for BoardModel {
         }
         self.reset = self.reset.or_else(|| self.soc.take_reset());
         self.refresh();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stm32f4_model::{NoMemory, SocConfig};
+
+    fn asleep() -> BoardModel {
+        let mut board = BoardModel::new(Soc::new(SocConfig::default()), BoardPlant::default(), 1.0);
+        board.stop_at(1e-3);
+        board.sync(&mut NoMemory);
+        board
+    }
+
+    #[test]
+    fn a_sleep_is_quiet_until_something_is_to_do() {
+        assert!(asleep().is_quiet(f64::INFINITY));
+        let disturbances: [fn(&mut BoardModel); 5] = [
+            |board| board.nvic.pend(nvic::PEND_SV),
+            |board| board.event = true,
+            |board| board.reset = Some(ResetCause::Software),
+            |board| board.set_armed(true),
+            |board| assert_eq!(board.sleep(), 16_000, "1 ms at 16 MHz"),
+        ];
+        for (n, disturb) in disturbances.iter().enumerate() {
+            let mut board = asleep();
+            disturb(&mut board);
+            assert!(!board.is_quiet(f64::INFINITY), "disturbance {n}");
+        }
+        assert!(!asleep().is_quiet(0.0), "a fault is to be injected");
     }
 }

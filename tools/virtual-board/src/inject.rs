@@ -10,6 +10,8 @@
 //! - overrun: a result of ADC1 is lost, as if the one before had not been read in time.
 //! - dma: a transfer of ADC1's stream, the first of DMA2, fails with a bus error.
 //! - trigger: TIM2, which triggers the conversions, stops: no sample comes, and the processor runs on.
+//! - halt: a debugger halts the core, which executes nothing until a reset, while timers and watchdog go on.
+//! - lsi: the low speed oscillator, which clocks the watchdog, gets another frequency.
 //! - register: a word is written to a register of a peripheral, as an electrical disturbance may change it.
 //!
 //! Changes to flash are undone when the chip resets: a task that hung runs again after the watchdog reset.
@@ -87,6 +89,36 @@ impl FromStr for RegisterAt {
     }
 }
 
+/// Highest frequency of the low speed oscillator that is accepted, Hz.
+pub(crate) const HIGHEST_LSI_HZ: f64 = 100_000.0;
+
+/// `HZ@T`: a frequency of the low speed oscillator and a time in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FrequencyAt {
+    /// Hz; 0: it stops.
+    pub(crate) hz: f64,
+    /// Time, s.
+    pub(crate) at: f64,
+}
+
+impl FromStr for FrequencyAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "`{text}` is not HZ@SECONDS with 0 to {HIGHEST_LSI_HZ} Hz and 0 or more seconds, for example 60000@2.5"
+            )
+        };
+        let (hz, at) = text.split_once('@').ok_or_else(expected)?;
+        let [hz, at]: [f64; 2] = [hz.parse().map_err(|_| expected())?, at.parse().map_err(|_| expected())?];
+        if !(0.0..=HIGHEST_LSI_HZ).contains(&hz) || !at.is_finite() || at < 0.0 {
+            return Err(expected());
+        }
+        Ok(FrequencyAt { hz, at })
+    }
+}
+
 /// Arguments of a panic function of `core`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PanicArguments {
@@ -135,6 +167,10 @@ pub(crate) enum InjectionKind {
     Transfer,
     /// TIM2 stops.
     Trigger,
+    /// A debugger halts the core.
+    Halt,
+    /// The low speed oscillator gets this frequency, Hz.
+    LowSpeedClock(f64),
     /// The word is written to the register.
     Register { address: u32, value: u32 },
     /// Bits of a word change: of a register, or in RAM.
@@ -156,6 +192,15 @@ pub(crate) enum InjectionKind {
 }
 
 impl InjectionKind {
+    /// Whether it may end a pulse early. What the program does by itself, it does at the end of a pulse.
+    #[must_use]
+    pub(crate) const fn can_cut_a_pulse(self) -> bool {
+        !matches!(
+            self,
+            Self::Hang(_) | Self::Fault(_) | Self::Panic(..) | Self::Overrun | Self::Transfer | Self::Trigger
+        )
+    }
+
     /// Name in the output.
     #[must_use]
     pub(crate) const fn name(self) -> &'static str {
@@ -167,6 +212,8 @@ impl InjectionKind {
             InjectionKind::Overrun => "overrun",
             InjectionKind::Transfer => "dma",
             InjectionKind::Trigger => "trigger",
+            InjectionKind::Halt => "halt",
+            InjectionKind::LowSpeedClock(_) => "lsi",
             InjectionKind::Register { .. } => "register",
             InjectionKind::Flip { .. } => "flip",
             InjectionKind::Supply(_) => "supply",
@@ -372,6 +419,16 @@ mod tests {
         for wrong in ["0x40010020=1", "40010020=1@2", "0x40010020@2", "0x1=x@2", "0x1=1@x", "0x1=1@-1"] {
             let message = wrong.parse::<RegisterAt>().unwrap_err();
             assert!(message.contains(wrong), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_frequency_and_a_time_are_parsed() {
+        assert_eq!("60000@2.5".parse(), Ok(FrequencyAt { hz: 60_000.0, at: 2.5 }));
+        assert_eq!("0@0".parse(), Ok(FrequencyAt { hz: 0.0, at: 0.0 }));
+        for wrong in ["60000", "@1", "-1@1", "100001@1", "nan@1", "1@-1", "1@inf"] {
+            let message = wrong.parse::<FrequencyAt>().unwrap_err();
+            assert!(message.contains(wrong) && message.contains("0 to 100000 Hz"), "{message}");
         }
     }
 

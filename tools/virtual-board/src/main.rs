@@ -1,8 +1,8 @@
 //! Virtual board: runs the firmware ELF on a modelled STM32F407. Unicorn executes the code, `stm32f4-model` models the peripherals.
 //!
 //! Exit status: 0 after the given time, `quit` or a signal, without error; 1 if an access was not modelled, not clocked or not allowed, or
-//! the core locked up, slept without a wake-up source or took a fault that was not injected; 2 if the run could not start. A self-test's
-//! own status has priority.
+//! the core locked up, slept without a wake-up source or took a fault that was not injected, or a servo got a pulse that it may not get; 2 if the
+//! run could not start. A self-test's own status has priority.
 //!
 //! Not cycle-accurate, and no evidence about hardware: an instruction costs a constant number of cycles, and no electrical behaviour,
 //! wait states, bus contention or errata are modelled.
@@ -15,6 +15,7 @@ mod cpu;
 mod exception;
 mod fault;
 mod inject;
+mod judge;
 mod loader;
 mod nvic;
 mod plant;
@@ -26,6 +27,7 @@ mod run;
 mod scs;
 mod semihosting;
 mod serial;
+mod servos;
 mod systick;
 mod unicorn;
 
@@ -36,18 +38,21 @@ use std::process::ExitCode;
 
 use anyhow::{Context as _, Result, ensure};
 use clap::{Parser, ValueEnum};
+use servo_model::Kind;
 use stm32f4_model::{Pin, SocConfig};
 
 use crate::campaign::{Campaign, Several};
 use crate::console::Console;
 use crate::exception::OmittedParts;
-use crate::inject::{Injection, InjectionKind, RegisterAt, SymbolAt};
+use crate::inject::{FrequencyAt, HIGHEST_LSI_HZ, Injection, InjectionKind, RegisterAt, SymbolAt};
+use crate::judge::Joint;
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, Plan, RunOptions};
 use crate::serial::SerialPort;
+use crate::servos::Servos;
 
 /// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
 /// input.
@@ -102,6 +107,15 @@ struct Cli {
     /// Stop TIM2, which triggers the conversions, at these times, s
     #[arg(long, value_name = "T", value_parser = parse_time)]
     trigger_stop: Vec<f64>,
+    /// A debugger is attached from power-on: it reads the log, and the program runs on
+    #[arg(long)]
+    debugger: bool,
+    /// A debugger halts the core at a time, s: it executes nothing until a reset, while timers and watchdog go on
+    #[arg(long, value_name = "T", value_parser = parse_time)]
+    halt: Vec<f64>,
+    /// Give the low speed oscillator another frequency at a time, Hz and s, for example 60000@2.5; 0 stops it
+    #[arg(long, value_name = "HZ@T")]
+    lsi: Vec<FrequencyAt>,
     /// Write a word to a register at a time, s, for example 0x40010020=0@3
     #[arg(long, value_name = "ADDRESS=VALUE@T")]
     register: Vec<RegisterAt>,
@@ -133,8 +147,8 @@ struct Cli {
     /// One case of N of the campaign
     #[arg(long, value_name = "N", requires = "campaign", default_value = "1")]
     every: std::num::NonZero<usize>,
-    /// Frequency of the low speed oscillator, which clocks the watchdog, Hz
-    #[arg(long, default_value_t = 32_000.0, value_parser = parse_positive)]
+    /// Frequency of the low speed oscillator at power-on, which clocks the watchdog, Hz; 0: it does not oscillate
+    #[arg(long, default_value_t = 32_000.0, value_parser = parse_lsi)]
     lsi_hz: f64,
     /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3]
     #[arg(long, value_parser = parse_positive)]
@@ -160,9 +174,19 @@ struct Cli {
     /// Write the edges of a pin to a CSV file with the header time_s,level, for example PB5=sync.csv
     #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     record_edges: Vec<(Pin, PathBuf)>,
+    /// Model servos of this kind at the servo pins, and write the angles of the joints each 20 ms
+    #[arg(long, value_name = "KIND", conflicts_with = "campaign")]
+    servo: Option<ServoKind>,
+    /// Angles at which the joints stand at the start, degrees: left hip, right hip, left knee, right knee [default: 0,0,0,0]
+    #[arg(long, value_name = "DEG,DEG,DEG,DEG", requires = "servo", allow_hyphen_values = true, value_parser = parse_pose)]
+    servo_at: Option<Pose>,
     /// End at the first access that is not modelled, not clocked or not allowed
     #[arg(long)]
     stop_on_lint: bool,
+    /// The run is meant to give pulses that no servo may get, for this reason: it fails if it gives none. Without this option it fails if it
+    /// gives one
+    #[arg(long, value_name = "REASON", conflicts_with = "campaign", value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    violates: Option<String>,
     /// Serve semihosting calls, and exit with the program's own status, 1 to 255, unless that is 0
     #[arg(long, value_name = "HOW")]
     self_test_exit: Option<SelfTestExit>,
@@ -175,6 +199,17 @@ struct Cli {
 enum SelfTestExit {
     Semihosting,
 }
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ServoKind {
+    /// Hitec HS-311: each pulse drives it for a servo frame at most
+    Analogue,
+    /// FEETECH FT-7235: it keeps the angle of the last pulse
+    Digital,
+}
+
+/// Angles of the four joints, degrees.
+type Pose = [f64; 4];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum OmittedPart {
@@ -217,6 +252,16 @@ fn parse_positive(text: &str) -> Result<f64, String> {
     })
 }
 
+fn parse_lsi(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(|hz| {
+        if (0.0..=HIGHEST_LSI_HZ).contains(&hz) {
+            Ok(hz)
+        } else {
+            Err(format!("{hz} Hz is not allowed; must be 0 to {HIGHEST_LSI_HZ}"))
+        }
+    })
+}
+
 fn parse_cpi(text: &str) -> Result<f64, String> {
     parse_number(text).and_then(|value| {
         if (0.1..=100.0).contains(&value) {
@@ -239,6 +284,13 @@ fn parse_stop(text: &str) -> Result<ButtonPress, String> {
         Some(_) => parse_press(text),
         None => parse_time(text).map(ButtonPress::short),
     }
+}
+
+fn parse_pose(text: &str) -> Result<Pose, String> {
+    let expected = || format!("`{text}` is not four angles in degrees, -180 to 180, for example 0,0,5,5");
+    let angles: Vec<f64> = text.split(',').map(parse_number).collect::<Result<_, _>>().map_err(|_| expected())?;
+    let pose: Pose = angles.try_into().map_err(|_| expected())?;
+    if pose.iter().all(|angle| angle.abs() <= 180.0) { Ok(pose) } else { Err(expected()) }
 }
 
 fn parse_level(text: &str) -> Result<(Pin, bool), String> {
@@ -274,6 +326,12 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
     all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
     all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
+    all.extend(cli.halt.iter().map(|&at| Injection::new(InjectionKind::Halt, "core".into(), at)));
+    all.extend(
+        cli.lsi
+            .iter()
+            .map(|&FrequencyAt { hz, at }| Injection::new(InjectionKind::LowSpeedClock(hz), "LSI".into(), at)),
+    );
     all.extend(cli.register.iter().map(|write| {
         let kind = InjectionKind::Register { address: write.address, value: write.value };
         Injection::new(kind, format!("{:#010x}", write.address), write.at)
@@ -328,11 +386,25 @@ fn run(cli: &Cli) -> Result<u8> {
         semihosting: cli.self_test_exit.is_some(),
         rtt_mode: cli.rtt_mode,
         drain: !cli.no_drain,
+        debugger: cli.debugger,
         omitted: OmittedParts {
             no_fpu_frame: cli.omitted.contains(&OmittedPart::NoFpuFrame),
             no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),
         },
         stale_flags: cli.omitted.contains(&OmittedPart::StaleFlags),
+        violates: cli.violates.clone(),
+    };
+    let servos = match cli.servo {
+        Some(kind) => {
+            let joints = Joint::of_flash(&image.flash)
+                .context("--servo: the flash has no valid robot record, which says how the servos are mounted; write one with --flash")?;
+            let kind = match kind {
+                ServoKind::Analogue => Kind::Analogue,
+                ServoKind::Digital => Kind::Digital,
+            };
+            Some(Servos::new(kind, &joints, cli.servo_at.unwrap_or_default()))
+        }
+        None => None,
     };
     let injections = collect_injections(cli, &image)?;
     let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
@@ -358,7 +430,10 @@ fn run(cli: &Cli) -> Result<u8> {
     }
     let report = ReportWriter::new(BufWriter::new(stdout()));
     let serial = cli.serial.then(SerialPort::open).transpose()?;
-    BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?.run()
+    let mut run =
+        BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?;
+    run.servos = servos;
+    run.run()
 }
 
 fn main() -> ExitCode {
@@ -415,6 +490,15 @@ mod tests {
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
             (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),
+            (&["fw.elf", "--lsi-hz", "-1"], "-1"),
+            (&["fw.elf", "--lsi-hz", "100001"], "0 to 100000"),
+            (&["fw.elf", "--lsi", "60000"], "HZ@SECONDS"),
+            (&["fw.elf", "--halt", "x"], "`x` is not a finite number"),
+            (&["fw.elf", "--servo", "steam"], "analogue, digital"),
+            (&["fw.elf", "--servo", "digital", "--servo-at", "1,2,3"], "four angles in degrees"),
+            (&["fw.elf", "--servo", "digital", "--servo-at", "1,2,3,181"], "four angles in degrees"),
+            (&["fw.elf", "--servo-at", "0,0,0,0"], "--servo"),
+            (&["fw.elf", "--violates", ""], "--violates"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),

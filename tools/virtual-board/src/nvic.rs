@@ -101,6 +101,11 @@ impl Nvic {
         Self::exists(exception) && self.enabled & bit(exception) != 0
     }
 
+    /// The interrupt lines that are enabled, each with its priority, 0 to 15.
+    pub(crate) fn enabled_lines(&self) -> impl Iterator<Item = (u8, u8)> {
+        (0..LINES).filter(|line| self.is_enabled(16 + line)).map(|line| (line, self.priority(16 + line) >> 4))
+    }
+
     /// Sets an exception pending.
     pub(crate) fn pend(&mut self, exception: u8) {
         if Self::exists(exception) {
@@ -227,10 +232,16 @@ impl Nvic {
         bits(self.pending & self.enabled).min_by_key(|&n| (self.group_priority(n), self.priority(n), n))
     }
 
+    /// True if an exception is pending and enabled, masked or not.
+    #[must_use]
+    pub(crate) const fn has_pending(&self) -> bool {
+        self.pending & self.enabled != 0
+    }
+
     /// The exception to take now.
     #[must_use]
     pub(crate) fn deliverable(&self, masks: Masks) -> Option<u8> {
-        if self.pending & self.enabled == 0 {
+        if !self.has_pending() {
             return None;
         }
         self.best_pending().filter(|&n| self.group_priority(n) < self.execution_priority(masks))
@@ -301,6 +312,14 @@ mod tests {
         assert_eq!(nvic.priority(40), 0x50);
         let nvic = ready(&[(21, 0x4F), (20, 0x41)]);
         assert_eq!(nvic.deliverable(UNMASKED), Some(20), "equal after masking: the number decides");
+    }
+
+    #[test]
+    fn enabled_lines_are_listed_without_the_exceptions_of_the_core() {
+        let mut nvic = ready(&[(SYS_TICK, 0x10), (16, 0x40), (16 + 81, 0xF0)]);
+        assert_eq!(nvic.enabled_lines().collect::<Vec<_>>(), [(0, 4), (81, 15)]);
+        nvic.disable(16);
+        assert_eq!(nvic.enabled_lines().collect::<Vec<_>>(), [(81, 15)]);
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub(crate) struct PulsePeriod {
     pub(crate) seconds: f64,
     /// Pulse width of each servo, us; `None`: no pulse.
     pub(crate) us: [Option<f64>; 4],
+    /// Compare value of the timer at the start of each pulse, us; `None`: the timer did not start it.
+    pub(crate) programmed_us: [Option<f64>; 4],
     /// The servos' supply was on at the end of the last pulse.
     pub(crate) rail: bool,
 }
@@ -83,6 +85,7 @@ pub(crate) struct PinEdge {
 pub(crate) struct Pulses {
     rise: [Option<f64>; 4],
     done: [Option<f64>; 4],
+    programmed: [Option<f64>; 4],
     period: Option<f64>,
     armed: bool,
     armed_since_reset: bool,
@@ -152,6 +155,28 @@ impl Pulses {
         self.frame_margin_us = Some(self.frame_margin_us.unwrap_or(f64::MAX).min(from_frame_us));
     }
 
+    /// True if a pulse has begun whose compare value is not known yet.
+    #[must_use]
+    pub(crate) fn awaits_programmed(&self) -> bool {
+        self.armed
+            && self.rise.iter().zip(&self.programmed).any(|(rise, programmed)| rise.is_some() && programmed.is_none())
+    }
+
+    /// Takes the timer's compare values at the start of the pulses, us.
+    pub(crate) fn note_programmed(&mut self, us: [f64; 4]) {
+        for ((programmed, us), rise) in self.programmed.iter_mut().zip(us).zip(&self.rise) {
+            if rise.is_some() {
+                programmed.get_or_insert(us);
+            }
+        }
+    }
+
+    /// Since when each servo pin is high, s.
+    #[must_use]
+    pub(crate) const fn high_since(&self) -> [Option<f64>; 4] {
+        self.rise
+    }
+
     /// True while a servo pin is high.
     #[must_use]
     pub(crate) fn any_high(&self) -> bool {
@@ -194,8 +219,19 @@ impl Pulses {
         }
         // All pins are low again: the pulses of the period are complete.
         if !high && let Some(start) = self.period.take() {
-            self.periods.push(PulsePeriod { seconds: start, us: std::mem::take(&mut self.done), rail: self.rail });
+            self.periods.push(PulsePeriod {
+                seconds: start,
+                us: std::mem::take(&mut self.done),
+                programmed_us: std::mem::take(&mut self.programmed),
+                rail: self.rail,
+            });
         }
+    }
+
+    /// True if a period was completed or an output has changed since they were last taken.
+    #[must_use]
+    pub(crate) fn has_news(&self) -> bool {
+        !self.periods.is_empty() || !self.activity.is_empty()
     }
 
     /// The periods completed since the last call.

@@ -5,6 +5,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::judge::Judged;
+
 /// One line of output. Times are virtual seconds since power-on.
 #[derive(Debug, Clone, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
@@ -45,6 +47,15 @@ pub(crate) enum ReportLine {
         us: [Option<f64>; 4],
         /// Whether the servos' supply was on at the end of the last pulse.
         rail: bool,
+    },
+    /// Modelled servos, every 20 ms.
+    Servos {
+        /// Time.
+        t_s: f64,
+        /// Angles of the joints, degrees.
+        deg: [f64; 4],
+        /// Torque of each servo, as a part of what its motor can give, 0 to 1.
+        torque: [f64; 4],
     },
     /// State of the run, every 100 ms.
     Status {
@@ -190,10 +201,16 @@ pub(crate) struct RunSummary {
     pub(crate) high_at_end: [bool; 4],
     /// Shortest time from a write of a pulse width to the start of a servo frame, us; null: none was written while armed.
     pub(crate) frame_margin_us: Option<f64>,
+    /// What came of the pulses.
+    pub(crate) judged: Judged,
+    /// Least and most angle of the joint of each modelled servo, degrees; null: none was modelled.
+    pub(crate) servo_deg: Option<[[f64; 2]; 4]>,
     /// Instructions executed.
     pub(crate) instructions: u64,
     /// Exceptions taken.
     pub(crate) exceptions: u64,
+    /// Interrupt lines that are enabled at the end, each with its priority, 0 to 15.
+    pub(crate) interrupts: BTreeMap<u8, u8>,
     /// Bytes read from RTT.
     pub(crate) rtt_bytes: u64,
     /// Injected faults and their outcomes.
@@ -204,6 +221,12 @@ pub(crate) struct RunSummary {
 #[must_use]
 pub(crate) fn seconds(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
+}
+
+/// Rounds an angle in degrees, or a part of 1, to a thousandth for the output.
+#[must_use]
+pub(crate) fn degrees(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
 }
 
 /// Rounds a duration in us to 1 ns for the output.

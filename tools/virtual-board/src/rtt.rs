@@ -33,8 +33,16 @@ impl Rtt {
             return Vec::new();
         }
         let channel = self.address + CHANNEL;
-        let field = |cpu: &_, offset| Cpu::read_word(cpu, channel + offset);
-        if let (Some(mode), Some(flags)) = (self.mode, field(cpu, FLAGS))
+        let mut descriptor = [0; 24];
+        if !cpu.read_memory(channel, &mut descriptor) {
+            return Vec::new();
+        }
+        let field = |offset: u32| {
+            let at = offset as usize;
+            u32::from_le_bytes([descriptor[at], descriptor[at + 1], descriptor[at + 2], descriptor[at + 3]])
+        };
+        let flags = field(FLAGS);
+        if let Some(mode) = self.mode
             && flags & 3 != mode
         {
             cpu.write_ram(channel + FLAGS, &(flags & !3 | mode).to_le_bytes());
@@ -42,11 +50,7 @@ impl Rtt {
         if !self.drain {
             return Vec::new();
         }
-        let (Some(buffer), Some(size), Some(write), Some(read)) =
-            (field(cpu, 4), field(cpu, SIZE), field(cpu, WRITE), field(cpu, READ))
-        else {
-            return Vec::new();
-        };
+        let (buffer, size, write, read) = (field(4), field(SIZE), field(WRITE), field(READ));
         if size > 0x1_0000 || write >= size || read >= size || write == read {
             return Vec::new();
         }

@@ -12,19 +12,21 @@ use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig, Width};
 
 use crate::board::BoardModel;
-use crate::campaign::{Driving, Judge};
+use crate::campaign::Driving;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
+use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
-use crate::plant::BoardPlant;
+use crate::plant::{BUTTON, BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::Rtt;
 use crate::serial::SerialPort;
+use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 pub(crate) use campaign::Plan;
@@ -52,10 +54,14 @@ pub(crate) struct RunOptions {
     pub(crate) rtt_mode: Option<u32>,
     /// Read the bytes of RTT.
     pub(crate) drain: bool,
+    /// A debugger is attached.
+    pub(crate) debugger: bool,
     /// Parts of the exception model to leave out.
     pub(crate) omitted: OmittedParts,
     /// Do not refresh the translator's cached flags.
     pub(crate) stale_flags: bool,
+    /// Why pulses that no servo may get are expected; `None`: they are not.
+    pub(crate) violates: Option<String>,
 }
 
 /// State of the core while it does not execute.
@@ -67,6 +73,8 @@ enum IdleState {
     ForInterrupt,
     /// It sleeps after WFE.
     ForEvent,
+    /// A debugger has halted it. Only a reset ends that here.
+    Halted,
     /// It is locked up until a reset.
     LockedUp,
 }
@@ -82,8 +90,11 @@ pub(crate) struct BoardRun<'a, W: Write> {
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
     injections: Vec<Injection>,
-    /// Judges every pulse of a campaign.
-    judge: Option<Judge>,
+    /// Judges every pulse.
+    judge: Judge,
+    judge_log: JudgeLog,
+    /// Modelled servos at the servo pins.
+    pub(crate) servos: Option<Servos>,
     /// When the servos were driven, in a campaign.
     driving: Option<Driving>,
     /// The log since the last boot, as hex; `None`: not kept.
@@ -99,6 +110,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     exceptions: u64,
     rtt_bytes: u64,
     slept_cycles: u64,
+    /// The caller of [`BoardRun::step`] looks at the state from this time on, s: a sleep does not pass it.
+    pause_s: f64,
     last_status: u64,
     status: Option<u32>,
 }
@@ -120,9 +133,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
         report: ReportWriter<W>,
         options: RunOptions,
     ) -> Result<Self> {
-        let board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        let mut board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        board.scs.debugger = options.debugger;
         let rtt =
             image.symbol("_SEGGER_RTT").map(|address| Rtt { address, mode: options.rtt_mode, drain: options.drain });
+        let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
             cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
             image,
@@ -133,7 +148,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
             rtt,
             recorder,
             injections,
-            judge: None,
+            judge: Judge::new(Limits::of_flash(&image.flash)),
+            judge_log,
+            servos: None,
             driving: None,
             log: None,
             idle: IdleState::No,
@@ -147,6 +164,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             exceptions: 0,
             rtt_bytes: 0,
             slept_cycles: 0,
+            pause_s: f64::INFINITY,
             last_status: 0,
             status: None,
         })
@@ -184,6 +202,23 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let (reset, due) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
+            if self.idle != IdleState::No {
+                let pending = self.injections.iter().filter(|injection| injection.is_pending());
+                let injection_s = pending.map(|injection| injection.at).fold(f64::INFINITY, f64::min);
+                while board.is_quiet(injection_s) {
+                    let seconds = board.seconds();
+                    let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
+                    self.judge.observe(seconds, button, stop);
+                    if let Some(servos) = &mut self.servos {
+                        servos.take(&[], &[], seconds, board.plant.pulses.any_high());
+                    }
+                    self.slept_cycles += board.sleep();
+                    if board.seconds() >= self.pause_s {
+                        return Ok(None);
+                    }
+                    board.sync(&mut memory);
+                }
+            }
             (board.reset, board.stop_is_due())
         };
         self.report_outputs();
@@ -199,10 +234,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         }
         self.inject_due()?;
         if self.idle != IdleState::No && !self.wake_if_due() || self.cpu.machine().soc.clock_stopped() {
-            let mut board = self.cpu.machine();
-            let before = board.now();
-            board.sleep();
-            self.slept_cycles += board.now() - before;
+            self.slept_cycles += self.cpu.machine().sleep();
             return Ok(None);
         }
         if let Some(number) = self.deliverable() {
@@ -250,7 +282,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let mut board = self.cpu.machine();
         let awake = match self.idle {
             IdleState::No => true,
-            IdleState::LockedUp => false,
+            IdleState::LockedUp | IdleState::Halted => false,
             // An exception that PRIMASK masks still ends WFI (ARMv7-M ARM, B1.5.19).
             IdleState::ForInterrupt => board.nvic.deliverable(Masks { primask: false, ..masks }).is_some(),
             IdleState::ForEvent => board.nvic.deliverable(masks).is_some() || std::mem::take(&mut board.event),
@@ -295,7 +327,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 }
                 InjectionKind::Panic(function, arguments) => {
                     // Not inside a handler: this code runs again at the next return to thread mode.
-                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || self.idle == IdleState::LockedUp {
+                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0
+                        || matches!(self.idle, IdleState::LockedUp | IdleState::Halted)
+                    {
                         continue;
                     }
                     anyhow::ensure!(
@@ -306,12 +340,19 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
+                InjectionKind::Halt => {
+                    self.disturb(kind)?;
+                    self.idle = IdleState::Halted;
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, outputs);
+                }
                 InjectionKind::Crystal
                 | InjectionKind::Trigger
                 | InjectionKind::Register { .. }
                 | InjectionKind::Overrun
                 | InjectionKind::Transfer
                 | InjectionKind::Flip { .. }
+                | InjectionKind::LowSpeedClock(_)
                 | InjectionKind::Supply(_)
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
@@ -330,6 +371,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 symbol: self.injections[n].symbol.clone(),
             };
             self.report.line(&line);
+            if kind.can_cut_a_pulse() {
+                self.judge.injected(now.seconds);
+            }
             self.schedule_stop();
         }
         Ok(())
@@ -363,6 +407,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
             InjectionKind::Overrun => board.soc.force_overrun(0),
             InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
+            InjectionKind::Halt => {
+                board.scs.debugger = true;
+                board.soc.halt();
+            }
+            InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
             InjectionKind::Supply(volts) => board.plant.hold_supply(volts),
             InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
             InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),
@@ -410,6 +459,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 self.cpu.patch_flash(address, half)?;
             }
         }
+        self.judge.reset(now.seconds);
         self.resets.push(ResetRecord { t_s: report::seconds(now.seconds), cause: cause.to_string() });
         self.boot(cause);
         self.schedule_stop();

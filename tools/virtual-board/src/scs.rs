@@ -69,6 +69,8 @@ pub(crate) struct Scs {
     pub(crate) hfsr: u32,
     /// Address of the last data bus fault.
     pub(crate) bfar: u32,
+    /// A debugger is attached: it has set DHCSR.C_DEBUGEN, which only a power-on clears (ARMv7-M ARM, C1.6.2).
+    pub(crate) debugger: bool,
     /// A write to AIRCR requested a reset.
     pub(crate) reset_requested: bool,
     /// Cycles that the DWT counter has not counted because it was off or the core slept.
@@ -91,7 +93,7 @@ impl Scs {
     /// Resets all registers; lints are kept.
     pub(crate) fn reset(&mut self) {
         let lints = std::mem::take(&mut self.lints);
-        *self = Scs { fpccr: 0xC000_0000, lints, ..Scs::default() };
+        *self = Scs { fpccr: 0xC000_0000, lints, debugger: self.debugger, ..Scs::default() };
     }
 
     /// Lints, in the order of first occurrence.
@@ -220,8 +222,8 @@ impl Scs {
             0xE000_ED38 => self.bfar,
             0xE000_ED3C => 0,
             0xE000_ED88 => self.cpacr,
-            // DHCSR: no debugger is attached.
-            0xE000_EDF0 => 0,
+            // DHCSR: C_DEBUGEN.
+            0xE000_EDF0 => u32::from(self.debugger),
             0xE000_EDFC => self.demcr,
             0xE000_EF34 => self.fpccr,
             0xE000_EF38 => self.fpcar,

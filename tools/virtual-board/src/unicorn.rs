@@ -57,20 +57,41 @@ struct HookResults {
 
 /// Number of instructions of each block in flash, counted once.
 struct BlockCounts {
-    image: Vec<u8>,
+    image: RefCell<Vec<u8>>,
     /// For each half-word of flash: size in bytes of the last block that began there, and its number of instructions.
-    seen: Vec<(u16, u16)>,
+    seen: Vec<Cell<(u16, u16)>>,
 }
 
 impl BlockCounts {
-    fn instructions(&mut self, addr: u32, size: u32) -> u32 {
+    fn new(image: Vec<u8>) -> Self {
+        BlockCounts { image: RefCell::new(image), seen: vec![Cell::new((0, 0)); FLASH_SIZE as usize / 2] }
+    }
+
+    fn instructions(&self, addr: u32, size: u32) -> u32 {
+        let (seen_size, count) = self.entry(addr).get();
+        if u32::from(seen_size) == size { count.into() } else { self.count(addr, size) }
+    }
+
+    fn entry(&self, addr: u32) -> &Cell<(u16, u16)> {
+        &self.seen[(addr & (FLASH_SIZE - 1)) as usize / 2]
+    }
+
+    #[cold]
+    fn count(&self, addr: u32, size: u32) -> u32 {
         let offset = (addr & (FLASH_SIZE - 1)) as usize;
-        let Some(entry) = self.seen.get_mut(offset / 2) else { return 0 };
-        if u32::from(entry.0) != size {
-            let code = self.image.get(offset..offset + size as usize).unwrap_or(&[]);
-            *entry = (size as u16, count_instructions(code) as u16);
-        }
-        u32::from(entry.1)
+        let count = count_instructions(self.image.borrow().get(offset..offset + size as usize).unwrap_or(&[]));
+        self.entry(addr).set((size as u16, count as u16));
+        count
+    }
+
+    /// Replaces a half-word and returns the old one.
+    fn patch(&self, at: usize, half: u16) -> u16 {
+        let mut image = self.image.borrow_mut();
+        let old = u16::from_le_bytes([image[at], image[at + 1]]);
+        image[at..at + 2].copy_from_slice(&half.to_le_bytes());
+        // Blocks that contain the address may now end elsewhere.
+        self.seen.iter().for_each(|entry| entry.set((0, 0)));
+        old
     }
 }
 
@@ -79,7 +100,7 @@ pub(crate) struct UnicornCpu<M> {
     uc: Uc<'static>,
     machine: Rc<RefCell<M>>,
     hook_results: Rc<HookResults>,
-    counts: Rc<RefCell<BlockCounts>>,
+    counts: Rc<BlockCounts>,
     stale_flags: bool,
 }
 
@@ -142,6 +163,7 @@ fn get(uc: &Uc<'_>, reg: Reg) -> u32 {
     uc.reg_read(register(reg)).map_or(0, |value| value as u32)
 }
 
+#[cold]
 fn read_masks(uc: &Uc<'_>) -> Masks {
     Masks {
         primask: get(uc, Reg::Primask) & 1 != 0,
@@ -182,7 +204,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             uc,
             machine: Rc::new(RefCell::new(machine)),
             hook_results: Rc::default(),
-            counts: Rc::new(RefCell::new(BlockCounts { image: flash, seen: vec![(0, 0); FLASH_SIZE as usize / 2] })),
+            counts: Rc::new(BlockCounts::new(flash)),
             stale_flags,
         };
         cpu.hook_translation()?;
@@ -224,25 +246,21 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(())
     }
 
+    /// One hook from address 0 to the end of flash: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
     fn hook_blocks(&mut self) -> Result<()> {
-        for base in [FLASH, 0] {
-            let (machine, counts, hook_results) =
-                (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
-            let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
-                let mut machine = machine.borrow_mut();
-                // Decide before counting: a block that was stopped runs again.
-                if machine.before_block(|| read_masks(uc)) {
-                    hook_results.stop.set(Some(Stop::Requested));
-                    let _ = uc.emu_stop();
-                } else {
-                    machine.charge(addr as u32, counts.borrow_mut().instructions(addr as u32, size));
-                }
-            };
-            convert_error(
-                self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook),
-                "hooking blocks",
-            )?;
-        }
+        let (machine, counts, hook_results) =
+            (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
+        let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
+            let mut machine = machine.borrow_mut();
+            // Decide before counting: a block that was stopped runs again.
+            if machine.before_block(|| read_masks(uc)) {
+                hook_results.stop.set(Some(Stop::Requested));
+                let _ = uc.emu_stop();
+            } else {
+                machine.charge(addr as u32, counts.instructions(addr as u32, size));
+            }
+        };
+        convert_error(self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook), "hooking blocks")?;
         Ok(())
     }
 
@@ -345,12 +363,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             offset < FLASH_SIZE && offset.is_multiple_of(2),
             "0x{addr:08X} is not an even address in flash"
         );
-        let at = offset as usize;
-        let mut counts = self.counts.borrow_mut();
-        let old = u16::from_le_bytes([counts.image[at], counts.image[at + 1]]);
-        counts.image[at..at + 2].copy_from_slice(&half.to_le_bytes());
-        // Blocks that contain the address may now end elsewhere.
-        counts.seen.fill((0, 0));
+        let old = self.counts.patch(offset as usize, half);
         for base in [0, FLASH] {
             convert_error(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
         }

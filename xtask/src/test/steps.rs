@@ -9,8 +9,11 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 
+use super::audits;
 use super::counts::{self, Counts};
+use super::judged::{self, Judged};
 use super::programs;
+use super::python::{self, Environment};
 use crate::board::{Board, Drive};
 use crate::emulated;
 use crate::self_test::{self, SelfTest};
@@ -32,7 +35,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 19] = [
+pub(super) const STEPS: [Step; 25] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -63,6 +66,20 @@ pub(super) const STEPS: [Step; 19] = [
         needs: &[Need::Python],
         uses: &[],
         run: python_readers,
+    },
+    Step {
+        name: "python",
+        claim: "the wheel of the Python package works alone, its tests and examples pass; packages come from the network",
+        needs: &[Need::Python],
+        uses: &[],
+        run: python,
+    },
+    Step {
+        name: "c",
+        claim: "programs in C and C++ have the numbers of Rust; the header is that of the source",
+        needs: &[],
+        uses: &[],
+        run: c_programs,
     },
     Step {
         name: "endurance",
@@ -114,6 +131,20 @@ pub(super) const STEPS: [Step; 19] = [
         run: panic_free,
     },
     Step {
+        name: "image-audit",
+        claim: "in the flashed images no panic is reachable from the tick and the handlers, and there is no path of this computer",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::image_audit,
+    },
+    Step {
+        name: "same-bytes",
+        claim: "a copy of the source in another folder makes the same image",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::same_bytes,
+    },
+    Step {
         name: "core-selftest",
         claim: "the virtual board's core passes its self-test",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
@@ -148,7 +179,24 @@ pub(super) const STEPS: [Step; 19] = [
         uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
     },
+    Step {
+        name: "python-board",
+        claim: "a loop that Python runs has the setpoints and the hash of the flashed image",
+        needs: &[Need::Python, Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: python_board,
+    },
+    Step {
+        name: "ratchets",
+        claim: "instructions, stack, flash, RAM and unsafe code did not get worse than ratchets.toml",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::ratchets,
+    },
 ];
+
+/// Steps that only `--only` runs: they compile everything for the board once more.
+pub(super) const BY_NAME: [&str; 1] = ["same-bytes"];
 
 /// A step without what it needs, as it turned out while it ran: it is skipped, and neither passed nor failed.
 #[derive(Debug)]
@@ -164,7 +212,7 @@ impl std::error::Error for CannotRun {}
 
 /// What the steps share: the workspace, what an earlier step has built, and the tests that have run.
 pub(super) struct State {
-    workspace: Workspace,
+    pub(super) workspace: Workspace,
     required: Required,
     pub(super) counts: RefCell<Counts>,
     image: OnceCell<PathBuf>,
@@ -186,15 +234,15 @@ impl State {
         }
     }
 
-    fn image(&self) -> Result<&Path> {
+    pub(super) fn image(&self) -> Result<&Path> {
         build_once(&self.image, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf))
     }
 
-    fn shadow(&self) -> Result<&Path> {
+    pub(super) fn shadow(&self) -> Result<&Path> {
         build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
     }
 
-    fn virtual_board(&self) -> Result<&Path> {
+    pub(super) fn virtual_board(&self) -> Result<&Path> {
         build_once(&self.virtual_board, || self.workspace.virtual_board())
     }
 
@@ -203,7 +251,7 @@ impl State {
     }
 
     /// Where the output of a program that is run under a deadline is kept.
-    fn log(&self, name: &str) -> PathBuf {
+    pub(super) fn log(&self, name: &str) -> PathBuf {
         self.workspace.target_dir.join("xtask-logs").join(format!("{name}.log"))
     }
 }
@@ -217,12 +265,12 @@ fn build_once(cell: &OnceCell<PathBuf>, make: impl FnOnce() -> Result<PathBuf>) 
 }
 
 /// A cargo command of the host whose output is the step's.
-fn cargo(arguments: &[&str]) -> Result<()> {
+pub(super) fn cargo(arguments: &[&str]) -> Result<()> {
     shell::must_succeed(shell::cargo().args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
 /// Runs the tests that the arguments of `cargo test` select: shows their output, counts them and names those that fail.
-fn tests(state: &State, arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Counts> {
+pub(super) fn tests(state: &State, arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Counts> {
     let required = state.required.for_tests(!variables.is_empty());
     let variables = [variables, &[(REQUIRE, OsStr::new(&required))]].concat();
     programs::run(arguments, &variables)
@@ -236,7 +284,7 @@ fn doc_tests() -> Result<Counts> {
 }
 
 /// What the table says about the tests of a step.
-fn passed(state: &State, counts: Counts) -> Result<String> {
+pub(super) fn passed(state: &State, counts: Counts) -> Result<String> {
     let counts = counts.without_failures()?;
     let text = counts.to_string();
     state.counts.borrow_mut().add(counts);
@@ -340,21 +388,52 @@ fn host_tests(state: &State) -> Result<String> {
     passed(state, counts)
 }
 
-/// The packages are installed into `target`, where a later run finds them.
-fn python_readers(state: &State) -> Result<String> {
-    let folder = state.workspace.target_dir.join("python-readers");
-    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    shell::must_succeed(shell::command("python3").args(["-m", "venv"]).arg(&folder), "python3 -m venv")?;
-    let mut install = shell::command(&python);
-    install.args(["-m", "pip", "install", "--quiet", "-r", "tools/footfall/tests/python/requirements.txt"]);
-    match shell::must_succeed(&mut install, "pip install") {
+/// An environment of Python in `target`, where a later run finds its packages.
+fn python_environment(state: &State, name: &str, requirements: &str) -> Result<Environment> {
+    let environment = Environment::open(&state.workspace.target_dir.join(name))?;
+    match environment.install(&["-r", requirements]) {
         // A machine without a network has no packages.
-        Err(error) if !state.required.contains(Need::Python) => return Err(CannotRun(format!("{error:#}")).into()),
-        installed => installed?,
+        Err(error) if !state.required.contains(Need::Python) => Err(CannotRun(format!("{error:#}")).into()),
+        installed => installed.map(|()| environment),
     }
-    let variables = [("FOOTFALL_PYTHON", python.as_os_str()), (REQUIRE, OsStr::new(Need::Python.name()))];
+}
+
+fn python_readers(state: &State) -> Result<String> {
+    let environment = python_environment(state, "python-readers", "tools/footfall/tests/python/requirements.txt")?;
+    let variables = [("FOOTFALL_PYTHON", environment.python().as_os_str()), (REQUIRE, OsStr::new(Need::Python.name()))];
     let counts = programs::run(&["--package", "footfall", "--test", "python_readers"], &variables)?;
     passed(state, counts)
+}
+
+/// The environment of the Python package, with the wheel.
+fn python_wheel(state: &State) -> Result<(Environment, PathBuf)> {
+    let environment = python_environment(state, "python-package", "python/tests/requirements.txt")?;
+    let wheel = environment.install_wheel(&state.workspace.target_dir.join("python-wheels"))?;
+    Ok((environment, wheel))
+}
+
+fn python(state: &State) -> Result<String> {
+    let (environment, wheel) = python_wheel(state)?;
+    if let Err(error) = environment.install(&["-r", "python/tests/requirements-ray.txt"]) {
+        eprintln!("without Ray, whose test is skipped: {error:#}");
+    }
+    python::works_alone(&wheel, &state.workspace.target_dir.join("python-fresh"))?;
+    passed(state, environment.test(&["-q", "-rs", "python/tests", "--ignore", "python/tests/test_board.py"], &[])?)
+}
+
+fn python_board(state: &State) -> Result<String> {
+    let (environment, _) = python_wheel(state)?;
+    let footfall = state.workspace.footfall()?;
+    let variables = [
+        ("FOOTFALL_ELF", state.image()?.as_os_str()),
+        ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?.as_os_str()),
+        ("FOOTFALL_BIN", footfall.as_os_str()),
+    ];
+    passed(state, environment.test(&["-q", "-rs", "python/tests/test_board.py"], &variables)?)
+}
+
+fn c_programs(state: &State) -> Result<String> {
+    passed(state, tests(state, &["--package", "footfall-c"], &[])?)
 }
 
 fn firmware_host(state: &State) -> Result<String> {
@@ -455,18 +534,22 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 17] = [
+const IMAGE_TESTS: [&str; 21] = [
     "virtual_board",
     "fits",
     "board_inputs",
     "board_serial",
     "board_trim",
     "board_pulses",
+    "board_servos",
     "board_conditions",
+    "board_watchdog",
+    "board_restart",
     "board_boots",
     "board_campaign",
     "board_operator",
     "board_gestures",
+    "board_interrupts",
     "board_follower",
     "board_records",
     "board_entrainment",
@@ -475,17 +558,23 @@ const IMAGE_TESTS: [&str; 17] = [
     "sensor_faults",
 ];
 
+/// Every run of the virtual board in these tests, whoever starts it, adds its judgement of the pulses to one file.
 fn image_tests(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;
+    let file = state.log("judged");
+    std::fs::create_dir_all(file.parent().unwrap_or(Path::new("")))?;
+    std::fs::write(&file, "").with_context(|| format!("cannot write {}", file.display()))?;
     let variables = [
         ("FOOTFALL_ELF", state.image()?),
         ("FOOTFALL_SHADOW_ELF", state.shadow()?),
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
         ("FOOTFALL_BIN", &footfall),
+        (judged::FILE, &file),
     ];
     // Without `--package`, the features are those of the host tests and nothing is compiled again.
     let arguments: Vec<&str> = IMAGE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
-    passed(state, tests(state, &arguments, &variables.map(|(name, path)| (name, path.as_os_str())))?)
+    let tests = passed(state, tests(state, &arguments, &variables.map(|(name, path)| (name, path.as_os_str())))?)?;
+    Ok(format!("{tests}; {}", Judged::read(&file)?))
 }
 
 #[cfg(test)]
@@ -503,8 +592,8 @@ mod tests {
     #[test]
     fn only_qemu_and_python_are_optional_for_a_step() {
         let optional = |need: &&Need| !Required::default().contains(**need);
-        let optional: Vec<_> = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional)).collect();
-        assert_eq!(optional, [&Need::Python, &Need::Qemu]);
+        let mut optional = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional));
+        assert!(optional.all(|need| [Need::Python, Need::Qemu].contains(need)));
     }
 
     #[test]

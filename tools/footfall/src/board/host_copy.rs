@@ -3,7 +3,7 @@
 use joint_loop::RecordName;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::store::{generator_record, robot_record, sensor_record};
-use joint_units::{AdcCode, Volts};
+use joint_units::{AdcCode, PulseMicros, Volts};
 use wire::{Boot, RecordId};
 
 /// The host's copy of the loop of a board with this boot record; an error says why there is none.
@@ -36,7 +36,17 @@ pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<BoardLoop,
         }
     }
     let (reference_cal, min_supply) = (AdcCode(boot.reference_cal), Volts(boot.min_supply_v));
-    board_loop(parameters, reference_cal, min_supply, boot.sensor_required).map_err(|error| error.to_string())
+    let mut joints =
+        board_loop(parameters, reference_cal, min_supply, boot.sensor_required).map_err(|error| error.to_string())?;
+    begin(&mut joints, boot);
+    Ok(joints)
+}
+
+/// Hands the loop what the board's loop got before its first tick: the last pulses of the run before.
+pub fn begin(joints: &mut BoardLoop, boot: &Boot) {
+    if let Some(last) = boot.last_outputs {
+        joints.start_from(last.pulses_us.map(PulseMicros));
+    }
 }
 
 #[cfg(test)]
@@ -44,8 +54,8 @@ mod tests {
     use super::*;
     use crate::board::default_loop::{TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL};
     use joint_loop::RobotConfig;
-    use joint_units::{PulseMicros, Radians};
-    use wire::Reset;
+    use joint_units::Radians;
+    use wire::{LastOutputs, Reset};
 
     /// The boot record of a board with these parameters, under names that this program does not know.
     fn boot(parameters: &Parameters) -> Boot {
@@ -64,11 +74,23 @@ mod tests {
             sensors: id(sensor_record::record_of(&parameters.sensors, &name).crc()),
             robot: id(robot_record::record_of(&parameters.robot, &name).crc()),
             shadow: false,
+            last_outputs: None,
         }
     }
 
     fn parameters(robot: RobotConfig) -> Parameters {
         Parameters::with_defaults(None, None, robot).unwrap()
+    }
+
+    #[test]
+    fn the_copy_knows_the_last_pulses_of_the_board() {
+        let known = parameters(RobotConfig::default_biped());
+        let knows = |pulses_us: [u16; 4]| {
+            let last_outputs = Some(LastOutputs { pulses_us, on: true, cut: 0 });
+            loop_of(&known, &Boot { last_outputs, ..boot(&known) }).unwrap().knows_last_pulses()
+        };
+        assert_eq!([[1_500; 4], [0; 4]].map(knows), [true, false]);
+        assert!(!loop_of(&known, &boot(&known)).unwrap().knows_last_pulses());
     }
 
     #[test]

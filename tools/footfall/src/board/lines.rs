@@ -1,6 +1,6 @@
 //! The output of the virtual board's process: one JSON object a line. Fields that are not needed here are ignored.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -84,9 +84,30 @@ pub struct End {
     /// Shortest time from a write of a pulse width to the start of a servo frame, us; `None` if none was written while armed.
     #[serde(default)]
     pub frame_margin_us: Option<f64>,
+    /// What came of the pulses.
+    #[serde(default)]
+    pub judged: Judged,
+    /// Interrupt lines that are enabled at the end, each with its priority, 0 to 15.
+    #[serde(default)]
+    pub interrupts: BTreeMap<u8, u8>,
     /// Instructions executed.
     #[serde(default)]
     pub instructions: u64,
+}
+
+/// What the virtual board says of a run's pulses: it compares each with the robot record in flash, the button and the emergency stop.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Judged {
+    /// Number of pulses that were judged.
+    pub pulses: u64,
+    /// Of these, those that ended early together with the servos' supply, for a cause.
+    pub cut: u64,
+    /// Pins of the servos that were trimmed.
+    pub trimmed: Vec<String>,
+    /// Number of pulses that no servo may get.
+    pub violations: u64,
+    /// The first of them, in words.
+    pub first: Vec<String>,
 }
 
 /// A reset of the chip.
@@ -186,9 +207,14 @@ mod tests {
         );
         let end = line(
             r#"{"type":"end","t_s":2.5,"reason":"time","status":null,"unmodelled":0,"lints":[],"resets":[{"t_s":1.5,"cause":"iwdg"}],
-            "edges":{"PE9":10},"edges_before_arming":0,"edges_after_disarming":0,"pulse_us":[[1000.5,2000],null,null,[1,2]],"instructions":5}"#,
+            "edges":{"PE9":10},"edges_before_arming":0,"edges_after_disarming":0,"pulse_us":[[1000.5,2000],null,null,[1,2]],
+            "judged":{"pulses":4,"cut":1,"trimmed":["PE9"],"violations":1,"first":["a"]},"instructions":5}"#,
         );
         let BoardLine::End(end) = end else { panic!("{end:?}") };
+        assert_eq!(
+            end.judged,
+            Judged { pulses: 4, cut: 1, trimmed: vec!["PE9".into()], violations: 1, first: vec!["a".into()] }
+        );
         assert_eq!(
             (end.t_s, end.resets[0].t_s, end.pulse_us[0], end.pulse_us[1]),
             (2.5, 1.5, Some([1000.5, 2000.0]), None)

@@ -3,7 +3,7 @@
 pub mod at_port;
 pub mod default_loop;
 pub mod feed;
-pub(crate) mod host_copy;
+pub mod host_copy;
 pub mod image;
 pub mod lines;
 pub mod process;

@@ -163,15 +163,31 @@ pub struct Counters {
     pub last: Option<Frame>,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
+    /// The supervisor was in a state in which the outputs are on.
+    pub has_armed: bool,
+    /// Why the board refused to arm or to start, in its words; the last one.
+    pub refused: Option<String>,
     /// The board's outputs are off (shadow mode).
     pub shadow: bool,
     /// State of a follower; `None` for other generators.
     pub following: Option<Following>,
     /// Setpoint hashes of board and host at the last compared row.
     pub hashes: Option<(u64, u64)>,
+    /// Load and reserves: the longest tick and the latest start of all seconds, all else of the last one.
+    pub cost: Option<Cost>,
 }
 
 impl Counters {
+    /// Takes load and reserves of a second.
+    fn add(&mut self, cost: Cost) {
+        let worst = self.cost.unwrap_or(cost);
+        self.cost = Some(Cost {
+            longest_cycles: cost.longest_cycles.max(worst.longest_cycles),
+            latest_start_us: cost.latest_start_us.max(worst.latest_start_us),
+            ..cost
+        });
+    }
+
     /// Takes the state of a follower from a frame.
     pub fn follow(&mut self, tick: &Frame) {
         let Some(follow) = &tick.following else { return };
@@ -292,14 +308,21 @@ impl<'t> BoardRun<'t> {
                     self.counters.shadow = boot.shadow;
                     self.begin_replay(&boot);
                 }
-                Record::Change(change) => self.counters.cause = change.cause,
+                Record::Change(change) => {
+                    self.counters.cause = change.cause;
+                    self.counters.has_armed |= change.state.moving();
+                }
+                Record::Refused(refused) => self.counters.refused = Some(refused.reason.as_str().into()),
                 Record::Frame(frame) => self.tick(t_s, frame, events),
                 Record::Inputs(inputs) => self.inputs(&inputs, events),
                 Record::Edge(edge) => events.push(Event::Edge(edge)),
-                Record::Cost(cost) => events.push(Event::Cost(cost)),
+                Record::Cost(cost) => {
+                    self.counters.add(cost);
+                    events.push(Event::Cost(cost));
+                }
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
                 // The log also has them as text lines.
-                Record::Refused(_) | Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}
+                Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}
             }
         }
         Ok(())

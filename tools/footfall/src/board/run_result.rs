@@ -1,9 +1,11 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
-use crate::board::lines::{End, Reset};
+use crate::board::lines::{End, Judged, Reset};
 use crate::board::run::{Counters, Following};
+use joint_loop::Cause;
 use serde::Serialize;
 use serde_json::{Value, json};
+use wire::Cost;
 
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -20,16 +22,25 @@ pub struct RunResult {
     pub late_ticks: u32,
     /// Control periods without a tick, since the last boot.
     pub missed_ticks: u32,
+    /// Load and reserves, by the board: the longest tick and the latest start of all seconds, all else of the last one; null in the first
+    /// second.
+    pub cost: Option<Cost>,
     /// State of the supervisor.
     pub state: &'static str,
     /// Cause of its last change.
     pub cause: &'static str,
+    /// The board was armed, or in a trim, at some time.
+    pub has_armed: bool,
+    /// Why the board refused to arm or to start, in its words; the last one.
+    pub refused: Option<String>,
     /// Shortest and longest pulse at each servo's pin, in microseconds: left hip, right hip, left knee, right knee.
     pub pulse_us: [Option<[f64; 2]>; 4],
     /// Edges of servo pins before the first arming after a reset.
     pub edges_before_arming: u64,
     /// Edges of servo pins after disarming.
     pub edges_after_disarming: u64,
+    /// What came of the pulses, judged by the virtual board.
+    pub judged: Judged,
     /// Accesses that the models of the virtual board do not support.
     pub unmodelled: u64,
     /// Every kind of irregular access.
@@ -90,11 +101,15 @@ impl RunResult {
             ticks: last.map_or(0, |tick| tick.tick),
             late_ticks: last.map_or(0, |tick| tick.late),
             missed_ticks: last.map_or(0, |tick| tick.missed),
+            cost: counters.cost,
             state: last.map_or("unknown", |tick| tick.state.name()),
             cause: counters.cause.name(),
+            has_armed: counters.has_armed,
+            refused: counters.refused.clone(),
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),
             edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
             edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
+            judged: end.map_or(Judged::default(), |end| end.judged.clone()),
             unmodelled: end.map_or(0, |end| end.unmodelled),
             lints: end.map_or(vec![], |end| end.lints.clone()),
             unexpected_faults: end.map_or(0, |end| end.unexpected_faults),
@@ -117,6 +132,24 @@ impl RunResult {
         }
     }
 
+    /// Why no servo got a pulse, in words; `None` if one did, or if the outputs are off in shadow mode.
+    #[must_use]
+    pub fn never_on(&self) -> Option<String> {
+        if self.shadow || self.pulse_us.iter().any(Option::is_some) {
+            return None;
+        }
+        let why = if let Some(reason) = &self.refused {
+            reason.clone()
+        } else if self.has_armed {
+            "the board was armed, and the outputs went off before the first pulse".into()
+        } else if self.cause == Cause::None.name() {
+            "nobody held the button, or the run ended before its release".into()
+        } else {
+            format!("the last hold of the button was refused, cause {}", self.cause)
+        };
+        Some(format!("outputs never on: {}{why}", if self.has_armed { "" } else { "the board was never armed; " }))
+    }
+
     /// The faults of the run in words; empty if it was sound.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
@@ -133,6 +166,8 @@ impl RunResult {
         when(self.unexpected_faults > 0, format!("{} faults that were not injected", self.unexpected_faults));
         let edges = self.edges_before_arming + self.edges_after_disarming;
         when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
+        let Judged { violations, first, .. } = &self.judged;
+        when(*violations > 0, format!("{violations} pulses that no servo may get: {}", first.join("; ")));
         // An injected fault is meant to end the motion.
         let moves = matches!(self.state, "arming" | "walking");
         let asked = matches!(self.cause, "none" | "button") || !self.injections.is_empty();
@@ -140,5 +175,36 @@ impl RunResult {
         when(self.different_lines > 0, format!("board and host differ: {}", self.differences.join("; ")));
         when(self.malformed_frames > 0, format!("{} malformed frames in the log", self.malformed_frames));
         faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn never_on(counters: &Counters) -> Option<String> {
+        RunResult::new(None, counters, "", Value::Null).never_on()
+    }
+
+    #[test]
+    fn a_dark_board_says_why() {
+        let dark = Counters::default();
+        let says = |counters: &Counters, words: &str| {
+            let text = never_on(counters).expect("it is dark");
+            assert!(text.starts_with("outputs never on: ") && text.contains(words), "{text}");
+        };
+        says(&dark, "the board was never armed; nobody held the button");
+        let cause = Cause::StopUntested;
+        says(&Counters { cause, ..dark.clone() }, "the last hold of the button was refused, cause stop_untested");
+        let refused = Some("no robot record".into());
+        says(&Counters { refused, cause, ..dark.clone() }, "the board was never armed; no robot record");
+        let armed = Counters { has_armed: true, cause: Cause::BreakInput, ..dark.clone() };
+        says(&armed, "the board was armed, and the outputs went off before the first pulse");
+        assert!(!never_on(&armed).expect("dark").contains("never armed"));
+        // In shadow mode that is as it should be, and with pulses there is nothing to say.
+        assert_eq!(never_on(&Counters { shadow: true, ..dark.clone() }), None);
+        let mut result = RunResult::new(None, &dark, "", Value::Null);
+        result.pulse_us[2] = Some([1_000.0, 2_000.0]);
+        assert_eq!(result.never_on(), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use joint_loop::setup::default_loop::BoardLoop;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use wire::Frame;
 
@@ -30,7 +30,7 @@ pub struct Options {
 
 /// What was compared.
 #[derive(Debug, Default)]
-struct Comparison {
+pub struct Comparison {
     /// The loop of the boot with this number, or why there is none.
     host: Option<(u32, Result<BoardLoop, String>)>,
     ticks: u64,
@@ -43,16 +43,24 @@ struct Comparison {
     reasons: Vec<(u32, String)>,
 }
 
+/// The loop of a boot of a capture, counted from 1, before its first tick.
+///
+/// # Errors
+/// The boot record was lost, or the board ran other records than those of the capture; the text says which.
+pub fn loop_of_boot(recorded: &Recorded, boot: u32) -> Result<BoardLoop, String> {
+    let record = (boot as usize).checked_sub(1).and_then(|index| recorded.boots.get(index));
+    match record.and_then(Option::as_ref) {
+        Some(boot) => loop_of(&recorded.parameters, boot),
+        None => Err("the boot record was lost; begin the capture before the board's reset".into()),
+    }
+}
+
 impl Comparison {
-    fn take(&mut self, recorded: &Recorded, tick: &Tick) {
+    /// Runs the loop for one tick, and compares what it gives with the capture.
+    pub fn take(&mut self, recorded: &Recorded, tick: &Tick) {
         self.ticks += 1;
         if self.host.as_ref().is_none_or(|(boot, _)| *boot != tick.boot) {
-            let record = (tick.boot as usize).checked_sub(1).and_then(|index| recorded.boots.get(index));
-            let host = match record.and_then(Option::as_ref) {
-                Some(boot) => loop_of(&recorded.parameters, boot),
-                None => Err("the boot record was lost; begin the capture before the board's reset".into()),
-            };
-            self.host = Some((tick.boot, host));
+            self.host = Some((tick.boot, loop_of_boot(recorded, tick.boot)));
         }
         let Some((_, host)) = &mut self.host else { return };
         if let Ok(joints) = host {
@@ -71,6 +79,24 @@ impl Comparison {
         {
             self.reasons.push((tick.boot, why.clone()));
         }
+    }
+
+    /// The counts, the first differences and the reasons, as `footfall replay --json` prints them; `finished` as in [`Recorded`].
+    #[must_use]
+    pub fn to_json(&self, finished: bool) -> Value {
+        let named = self.differences.iter().map(|(boot, found)| {
+            json!({ "boot": boot, "tick": found.tick, "field": found.field, "capture": found.board, "host": found.host })
+        });
+        json!({
+            "ticks": self.ticks, "compared": self.compared, "different": self.different, "without_output": self.without_output,
+            "not_replayed": self.not_replayed(), "finished": finished,
+            "differences": named.collect::<Vec<_>>(),
+            "reasons": self.reasons.iter().map(|(boot, why)| json!({ "boot": boot, "why": why })).collect::<Vec<_>>(),
+        })
+    }
+
+    const fn not_replayed(&self) -> u64 {
+        self.ticks - self.compared - self.without_output
     }
 
     fn compare(&mut self, tick: &Tick, host: &Frame) {
@@ -112,25 +138,17 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut comparison = Comparison::default();
     let recorded =
         recorded::read(&options.capture, |recorded, tick| comparison.take(recorded, &tick)).map_err(Failure::input)?;
-    let Comparison { ticks, compared, without_output, different, differences, reasons, .. } = comparison;
-    let not_replayed = ticks - compared - without_output;
     let place = options.capture.display();
     if !recorded.finished {
         messages::note(format_args!("{place}: has no end: its recorder was stopped; what is there is replayed"));
     }
+    let object = comparison.to_json(recorded.finished);
+    let not_replayed = comparison.not_replayed();
+    let Comparison { ticks, compared, without_output, different, differences, reasons, .. } = comparison;
     for (boot, why) in &reasons {
         messages::note(format_args!("{place}: boot {boot}: not replayed from there on: {why}"));
     }
     if options.json {
-        let named = differences.iter().map(|(boot, found)| {
-            json!({ "boot": boot, "tick": found.tick, "field": found.field, "capture": found.board, "host": found.host })
-        });
-        let object = json!({
-            "ticks": ticks, "compared": compared, "different": different, "without_output": without_output,
-            "not_replayed": not_replayed, "finished": recorded.finished,
-            "differences": named.collect::<Vec<_>>(),
-            "reasons": reasons.iter().map(|(boot, why)| json!({ "boot": boot, "why": why })).collect::<Vec<_>>(),
-        });
         output::print(&format!("{object}\n"))?;
     } else {
         let equal = compared - different;

@@ -21,6 +21,8 @@ pub(super) struct Shown {
     began_s: f64,
     /// The log has changes and refusals as lines too; a serial port has them as records alone.
     has_log: bool,
+    /// A debugger was attached while the outputs were on, in the last report.
+    armed_with_debugger: bool,
     pub(super) publisher: Publisher,
 }
 
@@ -37,7 +39,15 @@ impl Shown {
     pub(super) fn titled(title: String, has_log: bool, publisher: Publisher) -> Self {
         let mut view = View::titled(title, Vec::new());
         view.watched = Watched::Board;
-        Self { view, counters: Counters::default(), first_s: None, began_s: 0.0, has_log, publisher }
+        Self {
+            view,
+            counters: Counters::default(),
+            first_s: None,
+            began_s: 0.0,
+            has_log,
+            armed_with_debugger: false,
+            publisher,
+        }
     }
 
     /// Seconds of the board since the first frame.
@@ -77,7 +87,11 @@ impl Shown {
                 self.show(Event::Log { t_s: self.view.t_s, level: "info".into(), text })
             }
             Record::Cost(cost) => self.show(Event::Cost(cost)),
-            Record::Environment(environment) => self.show(Event::Environment(environment)),
+            Record::Environment(environment) => {
+                let mut news = self.show(Event::Environment(environment));
+                news.extend(self.debugger(environment.debugger));
+                news
+            }
             Record::Edge(edge) => self.show(Event::Edge(edge)),
             Record::Refused(refused) if !self.has_log => {
                 let text = format!("{}: {}", refused.subject.name(), refused.reason);
@@ -97,6 +111,16 @@ impl Shown {
             }
             Record::Inputs(_) | Record::Port(_) | Record::Refused(_) => Vec::new(),
         }
+    }
+
+    /// Reports once that a debugger is attached to a board that is armed. A log has that line of the board.
+    fn debugger(&mut self, is_attached: bool) -> Vec<News> {
+        let is_armed = is_attached && self.view.last.is_some_and(|tick| tick.state.moving());
+        if !std::mem::replace(&mut self.armed_with_debugger, is_armed) && is_armed && !self.has_log {
+            let text = "a debugger is attached while the board is armed: it may halt the core; then the pulses go on until the watchdog resets the board";
+            return self.show(Event::Log { t_s: self.view.t_s, level: "warn".into(), text: text.into() });
+        }
+        Vec::new()
     }
 
     fn tick(&mut self, tick: Frame) -> Vec<News> {
@@ -154,6 +178,8 @@ impl Shown {
 mod tests {
     use super::*;
     use crate::board::default_loop::typical_loop;
+    use joint_loop::SupervisorState;
+    use wire::Environment;
 
     fn frame(tick: u32) -> Heard {
         Heard::Record(Record::Frame(Frame { tick, seq: tick, ..Frame::from(&typical_loop().unwrap().frame()) }))
@@ -173,6 +199,37 @@ mod tests {
         let mut shown = Shown::titled("a port".into(), false, Publisher::default());
         shown.take(frame(u32::MAX));
         assert_eq!(shown.take(frame(9)).len(), 1);
+    }
+
+    #[test]
+    fn a_debugger_is_reported_once_for_each_arming() {
+        let report = |debugger| {
+            Heard::Record(Record::Environment(Environment { die_c: None, supply_v: None, watchdog_hz: None, debugger }))
+        };
+        let at = |tick, state| {
+            let frame = Frame { tick, state, ..Frame::from(&typical_loop().unwrap().frame()) };
+            Heard::Record(Record::Frame(frame))
+        };
+        for has_log in [false, true] {
+            let mut shown = Shown::titled("a board".into(), has_log, Publisher::default());
+            let mut warnings = 0;
+            for (tick, state, attached) in [
+                (1_000, SupervisorState::Disarmed, true),
+                (2_000, SupervisorState::Walking, true),
+                (3_000, SupervisorState::Walking, true),
+                (4_000, SupervisorState::Disarmed, true),
+                (5_000, SupervisorState::Walking, false),
+                (6_000, SupervisorState::Walking, true),
+            ] {
+                shown.take(at(tick, state));
+                let news = shown.take(report(attached));
+                warnings += news
+                    .iter()
+                    .filter(|news| matches!(news, News::Event(Event::Log { level, .. }) if level == "warn"))
+                    .count();
+            }
+            assert_eq!(warnings, if has_log { 0 } else { 2 });
+        }
     }
 
     #[test]

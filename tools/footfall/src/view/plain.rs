@@ -51,6 +51,8 @@ pub fn object(view: &View) -> Value {
         "validity": tick.sensors[0].map(|sensor| sensor.validity.name()),
         "sensors": sensors(view, tick),
         "shadow": view.counters.shadow,
+        "watchdog_hz": view.environment.and_then(|chip| chip.watchdog_hz),
+        "debugger": view.environment.map(|chip| chip.debugger),
         "following": view.counters.following,
         "setpoint_deg": tick.setpoints_deg(),
         "pulse_us": view.pins_us,
@@ -105,6 +107,7 @@ pub fn result(result: &RunResult) -> String {
         |range: &Option<[f64; 2]>| range.map_or("none".into(), |[least, most]| format!("{least:.0}..{most:.0}"));
     let pulses: Vec<String> = result.pulse_us.iter().map(servo).collect();
     let none = || "-".to_owned();
+    let dark = result.never_on().map_or(String::new(), |why| format!("{why}\n"));
     let shadow = if result.shadow { "shadow mode, outputs off; " } else { "" };
     let following = result.following.as_ref().map_or(String::new(), |following| {
         let first = following.locked_at_s.map_or("never locked".into(), |at| format!("first locked at {at:.2} s"));
@@ -114,7 +117,7 @@ pub fn result(result: &RunResult) -> String {
         "ran {:.3} virtual seconds ({}), {} boot(s), state {}\n\
          ticks {}, late {}, missed {}; unmodelled accesses {}\n\
          {shadow}pulses {} us (left hip, right hip, left knee, right knee); edges before arming {}, after disarming {}\n\
-         setpoint hash: board {}, host {}: {}; {} lines and {} calls replayed, {} lines lost\n{following}",
+         setpoint hash: board {}, host {}: {}; {} lines and {} calls replayed, {} lines lost\n{dark}{following}",
         result.t_s,
         result.reason,
         result.boots,

@@ -140,6 +140,7 @@ impl SimulatedBoard {
             sensors: id(sensors),
             robot: id(robot_record::record_of(&default.robot, &name).crc()),
             shadow: false,
+            last_outputs: None,
         })));
     }
 

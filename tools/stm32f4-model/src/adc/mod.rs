@@ -14,6 +14,7 @@
 
 mod channel;
 mod common;
+mod faults;
 mod registers;
 
 pub use channel::{AdcChannel, Conversion};
@@ -147,6 +148,10 @@ pub(crate) struct Adc {
     dma_finished: bool,
     /// The next regular result is an overrun.
     overrun_forced: bool,
+    /// A conversion that has begun does not end.
+    is_held: bool,
+    /// Bits of the result that are always 0, and bits that are always 1.
+    stuck: (u16, u16),
     /// HCLK cycles per ADCCLK cycle; `None`: no clock.
     clock: Option<u64>,
     running: Option<RunningConversion>,
@@ -172,6 +177,8 @@ impl Adc {
             dma_pending: false,
             dma_finished: false,
             overrun_forced: false,
+            is_held: false,
+            stuck: (0, 0),
             clock: None,
             running: None,
             pending_regular: None,
@@ -190,6 +197,7 @@ impl Adc {
     pub(crate) fn next_event(&self) -> u64 {
         match self.running {
             None => u64::MAX,
+            Some(_) if self.is_held => u64::MAX,
             Some(RunningConversion { code: None, sampled_at, .. }) => sampled_at,
             Some(running) => running.ends_at,
         }
@@ -199,11 +207,6 @@ impl Adc {
     pub(crate) fn next_visible(&self) -> u64 {
         let seen = self.cr1 & (EOCIE | JEOCIE | AWDIE | OVRIE) != 0 || self.cr2 & DMA != 0;
         if seen { self.next_event() } else { u64::MAX }
-    }
-
-    /// Makes the next regular result an overrun, if the mode detects overruns.
-    pub(crate) fn force_overrun(&mut self) {
-        self.overrun_forced = true;
     }
 
     /// TimerFeatures of the event at [`Adc::next_event`]; `None`: no conversion is running.
@@ -217,7 +220,7 @@ impl Adc {
     /// Sets the 12 bit code at the end of sampling, 0 to 4095.
     pub(crate) fn sampled(&mut self, code: u16) {
         if let Some(running) = &mut self.running {
-            running.code = Some(code);
+            running.code = Some(code & !self.stuck.0 | self.stuck.1);
         }
     }
 

@@ -1,6 +1,9 @@
 //! RCC: oscillators, clock tree, clock enables, resets, reset flags (RM0090 chapter 7, STM32F405/407).
 //!
-//! An oscillator or PLL is ready as soon as it is on and its source runs; start-up and lock times are not modelled.
+//! An oscillator or PLL is ready as soon as it is on and its source runs; start-up and lock times are not modelled. `faults` has what can happen to
+//! them.
+
+mod faults;
 
 use crate::clock::{ClockTree, HSI_HZ, ahb_divider, apb_divider};
 use crate::lint::LintKind;
@@ -58,23 +61,15 @@ const PLAIN: [(u32, u32, u32); 17] = [
     (PLLI2SCFGR, 0x2000_3000, 0x7000_7FC0),
 ];
 
-/// Effect of a crystal failure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum HseFailure {
-    /// No running clock depended on it.
-    Unused,
-    /// The clock security system acted: NMI, timer break, SYSCLK from HSI.
-    Secured,
-    /// SYSCLK has stopped.
-    ClockStopped,
-}
-
 /// RCC registers and the state of the crystals.
 #[derive(Debug)]
 pub(crate) struct Rcc {
-    hse_hz: u32,
+    hse_hz: f64,
     hse_works: bool,
     lse_works: bool,
+    pll_locked: bool,
+    /// Part of its frequency that the PLL's output has: 1 while it is locked.
+    pll_factor: f64,
     cr: u32,
     pllcfgr: u32,
     cfgr: u32,
@@ -82,6 +77,8 @@ pub(crate) struct Rcc {
     cir: u32,
     bdcr: u32,
     csr: u32,
+    /// LSI oscillates while it is on.
+    lsi_works: bool,
     plain: [u32; PLAIN.len()],
     /// SYSCLK is stopped because its source failed.
     stopped: bool,
@@ -90,15 +87,18 @@ pub(crate) struct Rcc {
 impl Rcc {
     pub(crate) fn new(hse_hz: u32, hse_works: bool, lse_works: bool) -> Self {
         let mut rcc = Rcc {
-            hse_hz,
+            hse_hz: f64::from(hse_hz),
             hse_works,
             lse_works,
+            pll_locked: true,
+            pll_factor: 1.0,
             cr: 0,
             pllcfgr: 0,
             cfgr: 0,
             cir: 0,
             bdcr: 0,
             csr: 0,
+            lsi_works: true,
             plain: [0; PLAIN.len()],
             stopped: false,
         };
@@ -119,6 +119,21 @@ impl Rcc {
         self.csr = (self.csr & 0xFE00_0000) | cause.flags();
         self.plain = PLAIN.map(|(_, reset, _)| reset);
         self.stopped = false;
+    }
+
+    /// Whether LSI oscillates while it is on: LSIRDY follows.
+    pub(crate) fn set_lsi_works(&mut self, works: bool) {
+        self.lsi_works = works;
+        self.update_lsi_ready();
+    }
+
+    /// LSION (7.3.21).
+    pub(crate) fn lsi_on(&self) -> bool {
+        self.csr & 1 != 0
+    }
+
+    fn update_lsi_ready(&mut self) {
+        self.csr = (self.csr & !2) | u32::from(self.lsi_on() && self.lsi_works) << 1;
     }
 
     fn plain_index(offset: u32) -> Option<usize> {
@@ -171,7 +186,7 @@ impl Rcc {
                 if value & RMVF != 0 {
                     self.csr &= 0x00FF_FFFF;
                 }
-                self.csr = (self.csr & !2) | (self.csr & 1) << 1;
+                self.update_lsi_ready();
             }
             DCKCFGR if value == 0 => {}
             _ => match Self::plain_index(offset) {
@@ -228,7 +243,7 @@ impl Rcc {
             lints.push(LintKind::Misuse("a PLL factor is out of range: M 2 to 63, N 50 to 432, Q 2 to 15"));
             return;
         }
-        let input = f64::from(self.pll_source_hz()) / f64::from(m);
+        let input = self.pll_source_hz() / f64::from(m);
         if !(0.95e6..=2.1e6).contains(&input) {
             lints.push(LintKind::Misuse("the PLL's input after M must lie between 0.95 and 2.1 MHz"));
         }
@@ -251,8 +266,12 @@ impl Rcc {
         let on = |bit: u32| self.cr & bit != 0;
         let hse = on(HSEON) && self.hse_works;
         let source = if self.pllcfgr & PLLSRC_HSE != 0 { hse } else { on(HSION) };
-        let ready =
-            [(HSIRDY, on(HSION)), (HSERDY, hse), (PLLRDY, on(PLLON) && source), (PLLI2SRDY, on(PLLI2SON) && source)];
+        let ready = [
+            (HSIRDY, on(HSION)),
+            (HSERDY, hse),
+            (PLLRDY, on(PLLON) && source && self.pll_locked),
+            (PLLI2SRDY, on(PLLI2SON) && source),
+        ];
         for (bit, is_ready) in ready {
             self.cr = if is_ready { self.cr | bit } else { self.cr & !bit };
         }
@@ -280,20 +299,20 @@ impl Rcc {
         self.cfgr >> 2 & 3
     }
 
-    fn pll_source_hz(&self) -> u32 {
-        if self.pllcfgr & PLLSRC_HSE != 0 { self.hse_hz } else { HSI_HZ }
+    fn pll_source_hz(&self) -> f64 {
+        if self.pllcfgr & PLLSRC_HSE != 0 { self.hse_hz } else { f64::from(HSI_HZ) }
     }
 
     /// The present clock tree.
     pub(crate) fn clocks(&self) -> ClockTree {
         let sysclk = match self.source() {
-            SW_HSE => f64::from(self.hse_hz),
+            SW_HSE => self.hse_hz,
             SW_PLL => {
                 let m = f64::from((self.pllcfgr & 0x3F).max(1));
                 let n = f64::from(self.pllcfgr >> 6 & 0x1FF);
                 let p = f64::from(((self.pllcfgr >> 16 & 3) + 1) * 2);
                 // One division, so that 8 MHz * 168 / (4 * 2) is exact.
-                f64::from(self.pll_source_hz()) * n / (m * p)
+                self.pll_source_hz() * n / (m * p) * self.pll_factor
             }
             _ => f64::from(HSI_HZ),
         };
@@ -337,37 +356,6 @@ impl Rcc {
     /// CSSF, which drives the core's NMI (7.2.7).
     pub(crate) fn nmi(&self) -> bool {
         self.cir & CSSF != 0
-    }
-
-    /// Stops the crystal permanently.
-    pub(crate) fn fail_hse(&mut self) -> HseFailure {
-        self.hse_works = false;
-        let was_ready = self.cr & HSERDY != 0;
-        let drives_sysclk = match self.source() {
-            SW_HSE => true,
-            SW_PLL => self.pllcfgr & PLLSRC_HSE != 0,
-            _ => false,
-        };
-        let secured = was_ready && self.cr & CSSON != 0;
-        if secured {
-            // 7.2.7: HSE is switched off, and the PLL too if HSE was its source and it clocked the system; SYSCLK comes from HSI.
-            self.cr &= !HSEON;
-            self.cir |= CSSF;
-            if drives_sysclk {
-                self.cr |= HSION;
-                self.cfgr &= !3;
-                self.cr &= !PLLON;
-            }
-        }
-        self.update_clocks();
-        match (secured, drives_sysclk) {
-            (true, _) => HseFailure::Secured,
-            (false, true) => {
-                self.stopped = true;
-                HseFailure::ClockStopped
-            }
-            (false, false) => HseFailure::Unused,
-        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tests of the RCC registers.
 
+use super::faults::HseFailure;
 use super::*;
 
 fn rcc() -> Rcc {
@@ -113,6 +114,12 @@ fn lsi_is_ready_when_on() {
     assert_eq!(rcc.csr & 3, 3);
     write(&mut rcc, CSR, 0);
     assert_eq!(rcc.csr & 3, 0);
+    // It stays 0 where the oscillator does not oscillate.
+    rcc.set_lsi_works(false);
+    write(&mut rcc, CSR, 1);
+    assert_eq!(rcc.csr & 3, 1);
+    rcc.set_lsi_works(true);
+    assert_eq!(rcc.csr & 3, 3);
 }
 
 #[test]

@@ -9,6 +9,13 @@ impl Soc {
     /// Reads a peripheral register, with the side effects of the read. An access that is not modelled, clocked or allowed returns 0 and is
     /// recorded as a lint.
     pub fn read(&mut self, addr: u32, width: Width) -> u32 {
+        let value = self.read_register(addr, width);
+        self.refresh_if_stale();
+        value
+    }
+
+    /// [`Soc::read`] without the update of interrupt lines and next event.
+    pub(super) fn read_register(&mut self, addr: u32, width: Width) -> u32 {
         match self.reach(addr, width, false) {
             Err(kind) => {
                 self.lint(addr, width, kind, None);
@@ -23,11 +30,16 @@ impl Soc {
                 };
                 if let Model::Adc(index) = block.model {
                     self.adcs[index].after_read(register);
+                    self.stale = true;
+                }
+                if let Model::Tim(number) = block.model
+                    && self.timers[number].after_read(register)
+                {
                     self.refresh();
                 }
                 if block.model == Model::Usart2 {
                     self.usart2.after_read(register);
-                    self.refresh();
+                    self.stale = true;
                 }
                 word >> ((offset & 3) * 8) & width.mask()
             }
@@ -36,6 +48,12 @@ impl Soc {
 
     /// Writes a peripheral register. An access that is not modelled, clocked or allowed is ignored and recorded as a lint.
     pub fn write(&mut self, addr: u32, width: Width, value: u32) {
+        self.write_register(addr, width, value);
+        self.refresh_if_stale();
+    }
+
+    /// [`Soc::write`] without the update of interrupt lines and next event.
+    pub(super) fn write_register(&mut self, addr: u32, width: Width, value: u32) {
         match self.reach(addr, width, true) {
             Err(kind) => self.lint(addr, width, kind, Some(value)),
             Ok((block, offset)) => {
@@ -50,7 +68,7 @@ impl Soc {
                 for kind in lints {
                     self.lint(addr, width, kind, Some(value));
                 }
-                self.refresh();
+                self.stale = true;
             }
         }
     }
@@ -96,8 +114,10 @@ impl Soc {
     fn advance_block(&mut self, model: Model) {
         let now = self.now;
         if let Model::Tim(number) = model {
+            let before = self.timers[number].next_event();
             // Used signals were routed by the advance to the present cycle.
             let _ = self.timers[number].run_to(now);
+            self.schedule_stale |= self.timers[number].next_event() != before;
         }
     }
 
@@ -113,7 +133,7 @@ impl Soc {
             Model::Flash => self.flash.peek(offset),
             Model::Syscfg => self.syscfg.peek(offset),
             Model::Exti => self.exti.peek(offset),
-            Model::Iwdg => self.iwdg.peek(offset, self.time.seconds(self.now)),
+            Model::Iwdg => self.iwdg.peek(offset, self.lsi.periods(self.time.seconds(self.now))),
             Model::Usart2 => self.usart2.peek(offset),
             Model::Dbgmcu => self.dbgmcu.peek(offset),
             Model::SystemMemory => self.factory_data(offset),
@@ -144,6 +164,9 @@ impl Soc {
                     lints.push(LintKind::Misuse("the break is enabled (BDTR.BKE), but no pin is connected to BKIN"));
                 }
                 self.pass_signals(number, signals);
+                if self.timers[number].features.captures_lsi() {
+                    self.schedule_low_speed();
+                }
             }
             Model::Adc(index) => {
                 self.adcs[index].write(offset, value, now, lints);
@@ -170,9 +193,14 @@ impl Soc {
                     self.check_ratings(lints);
                 }
             }
-            Model::Pwr => self.pwr.write(offset, value, lints),
+            Model::Pwr => {
+                self.pwr.write(offset, value, lints);
+                self.update_voltage_detector();
+            }
             Model::Flash => {
-                self.flash.write(offset, value, lints);
+                let seconds = self.time.seconds(now);
+                self.flash.write(offset, value, seconds, lints);
+                self.schedule_flash_end();
                 if offset == 0 {
                     self.check_ratings(lints);
                 }
@@ -183,9 +211,9 @@ impl Soc {
             }
             Model::Exti => self.exti.write(offset, value, lints),
             Model::Iwdg => {
-                let seconds = self.time.seconds(now);
-                self.iwdg.write(offset, value, seconds, lints);
-                self.schedule_watchdog_reset();
+                let periods = self.lsi.periods(self.time.seconds(now));
+                self.iwdg.write(offset, value, periods, lints);
+                self.schedule_low_speed();
             }
             Model::Usart2 => self.usart2.write(offset, value, now, lints),
             Model::Dbgmcu => self.dbgmcu.write(offset, value, lints),

@@ -1,7 +1,7 @@
 //! Effects of RCC on the blocks: their clocks and resets, and the check of the clocks against the ratings of the chip.
 
 use super::Soc;
-use crate::adc::{Adc, AdcCommonRegisters};
+use crate::adc::AdcCommonRegisters;
 use crate::dma::Dma;
 use crate::exti::Syscfg;
 use crate::gpio::Gpio;
@@ -31,7 +31,8 @@ impl Soc {
         let runs = !self.rcc.stopped();
         for block in &BLOCKS {
             let Model::Tim(number) = block.model else { continue };
-            let on = runs && block.enable.is_some_and(|gate| self.rcc.enabled(gate));
+            let is_frozen = self.halted && self.dbgmcu.stops_timer(number);
+            let on = runs && !is_frozen && block.enable.is_some_and(|gate| self.rcc.enabled(gate));
             let clock = self.clocks.timer(TIMERS[number].apb);
             self.timers[number].set_clock(self.now, on.then_some(clock));
         }
@@ -46,7 +47,9 @@ impl Soc {
         for number in [1, 8] {
             self.timers[number].set_clock_failed(failed);
         }
-        self.schedule_watchdog_reset();
+        self.schedule_low_speed();
+        self.schedule_flash_end();
+        self.schedule_release();
         self.route_pins();
         for port in 0..self.gpio.len() {
             self.port_changed(port);
@@ -58,7 +61,7 @@ impl Soc {
     fn reset_block(&mut self, model: Model) {
         match model {
             Model::Tim(number) => self.timers[number] = Timer::new(&TIMERS[number], self.now),
-            Model::Adc(index) => self.adcs[index] = Adc::new(index),
+            Model::Adc(index) => self.adcs[index].reset(),
             Model::AdcCommon => self.adc_common = AdcCommonRegisters::default(),
             Model::Dma(index) => self.dma[index] = Dma::new(),
             Model::Gpio(port) => self.gpio[port] = Gpio::new(port),
@@ -74,10 +77,6 @@ impl Soc {
             | Model::SystemMemory
             | Model::None => {}
         }
-    }
-
-    pub(super) fn schedule_watchdog_reset(&mut self) {
-        self.watchdog_at = self.iwdg.deadline.map_or(u64::MAX, |seconds| self.time.cycle_at(seconds));
     }
 
     /// Checks the clocks against the ratings of the data sheet (table 14, RM0090 table 10) at 2.7 to 3.6 V.

@@ -1,9 +1,9 @@
-//! Events: advances time and carries out timer signals, conversions, DMA transfers and the watchdog in the order of time.
+//! Events: advances time and carries out timer signals, conversions, DMA transfers, captures and the watchdog in the order of time.
 
 use super::{KEPT_CONVERSIONS, Soc};
 use crate::adc::{Adc, AdcChannel, AdcEvent, Trigger};
 use crate::bus::Width;
-use crate::dma::{DmaSource, IRQS, REQUESTS};
+use crate::dma::{DmaSource, IRQS, connections};
 use crate::gpio::PinMode;
 use crate::lint::LintKind;
 use crate::memory_map::Bus;
@@ -13,6 +13,7 @@ use crate::tim::Signals;
 use crate::usart::SERIAL_OUT;
 
 // Interrupt numbers (RM0090 12.1.3).
+const IRQ_FLASH: u8 = 4;
 const IRQ_RCC: u8 = 5;
 const IRQ_ADC: u8 = 18;
 const IRQ_USART2: u8 = 38;
@@ -43,7 +44,13 @@ impl Soc {
         self.report_edges(plant);
         self.serve_dma_requests(memory);
         self.schedule_input_sample(plant, true);
-        self.refresh_next();
+        self.refresh_if_stale();
+        if self.schedule_stale {
+            self.refresh_schedule();
+        } else {
+            debug_assert_eq!((self.scheduled, self.scheduled_visible), self.schedule(), "the schedule is stale");
+            self.refresh_next();
+        }
         while self.next <= target {
             self.now = self.next.max(self.now);
             self.process_due_events(plant);
@@ -82,6 +89,16 @@ impl Soc {
         }
         if self.pins.change_at <= self.now {
             self.sample_inputs(plant);
+        }
+        if self.released_at <= self.now {
+            self.released_at = u64::MAX;
+        }
+        if self.flash_at <= self.now {
+            self.flash_at = u64::MAX;
+            self.flash_operations.extend(self.flash.finish());
+        }
+        if self.capture_at() <= self.now {
+            self.capture();
         }
         if self.watchdog_at <= self.now {
             self.watchdog_at = u64::MAX;
@@ -212,25 +229,28 @@ impl Soc {
 
     /// Makes one transfer for a source; `None`: no stream has selected it. `Some(true)`: it was the last item of the buffer.
     fn serve(&mut self, source: DmaSource, memory: &mut dyn DmaMemory) -> Option<bool> {
-        for &(_, controller, stream, channel) in REQUESTS.iter().filter(|&&(from, ..)| from == source) {
+        for &(controller, stream, channel) in connections(source) {
             if !self.rcc.enabled((Bus::Ahb1, 21 + controller as u8)) {
                 continue;
             }
             let Some(transfer) = self.dma[controller].transfer(stream, channel) else { continue };
+            if self.dma[controller].takes_lost_request(stream) {
+                return Some(false);
+            }
             let good = if transfer.to_memory {
-                let value = self.read(transfer.peripheral, transfer.width);
+                let value = self.read_register(transfer.peripheral, transfer.width);
                 memory.write(transfer.memory, transfer.width, value)
             } else {
                 match memory.read(transfer.memory, transfer.width) {
                     Some(value) => {
-                        self.write(transfer.peripheral, transfer.width, value);
+                        self.write_register(transfer.peripheral, transfer.width, value);
                         true
                     }
                     None => false,
                 }
             };
             let last = self.dma[controller].transferred(stream, good);
-            self.refresh();
+            self.stale = true;
             return Some(last);
         }
         None
@@ -238,19 +258,41 @@ impl Soc {
 
     /// Updates interrupt lines and the next event after a change.
     pub(super) fn refresh(&mut self) {
+        self.stale = false;
         self.refresh_lines();
+        self.refresh_schedule();
+    }
+
+    /// The same if a register access or a transfer was made since the last update.
+    pub(super) fn refresh_if_stale(&mut self) {
+        if self.stale {
+            self.refresh();
+        }
+    }
+
+    /// Updates the next events of the blocks, and from them the next event.
+    fn refresh_schedule(&mut self) {
+        (self.scheduled, self.scheduled_visible) = self.schedule();
+        self.schedule_stale = false;
         self.refresh_next();
     }
 
-    fn refresh_next(&mut self) {
-        let timers = self.timers.iter().map(|timer| timer.next_event()).min().unwrap_or(u64::MAX);
-        let common = timers.min(self.watchdog_at).min(self.pins.change_at);
+    /// Cycles of the next event of the blocks, and of the next one with a visible effect.
+    fn schedule(&self) -> (u64, u64) {
+        let rare = self.watchdog_at.min(self.capture_at()).min(self.flash_at).min(self.released_at);
+        let common = self.timers.iter().fold(rare, |next, timer| next.min(timer.next_event()));
         let serial = self.usart2.next_event();
         let serial_visible =
             self.usart2.has_interrupts() || [5, 6].iter().any(|stream| self.dma[0].has_interrupts(*stream));
         let adcs = |next: u64, of: fn(&Adc) -> u64| self.adcs.iter().fold(next, |next, adc| next.min(of(adc)));
-        self.next = adcs(common.min(serial), Adc::next_event);
-        self.next_visible = adcs(if serial_visible { common.min(serial) } else { common }, Adc::next_visible);
+        let visible = adcs(if serial_visible { common.min(serial) } else { common }, Adc::next_visible);
+        (adcs(common.min(serial), Adc::next_event), visible)
+    }
+
+    /// Updates the next event after a change of the inputs.
+    fn refresh_next(&mut self) {
+        self.next = self.scheduled.min(self.pins.change_at);
+        self.next_visible = self.scheduled_visible.min(self.pins.change_at);
     }
 
     fn refresh_lines(&mut self) {
@@ -263,11 +305,14 @@ impl Soc {
             }
         }
         raise(IRQ_ADC, self.adcs.iter().any(|adc| adc.interrupt()));
+        raise(IRQ_FLASH, self.flash.interrupt());
         raise(IRQ_RCC, self.rcc.interrupt());
         raise(IRQ_USART2, self.usart2.interrupt());
         let pending = self.exti.pending();
-        for (irq, mask) in EXTI_IRQS {
-            raise(irq, pending & mask != 0);
+        if pending != 0 {
+            for (irq, mask) in EXTI_IRQS {
+                raise(irq, pending & mask != 0);
+            }
         }
         for (dma, irqs) in self.dma.iter().zip(&IRQS).filter(|(dma, _)| dma.has_flags()) {
             for (stream, &irq) in irqs.iter().enumerate() {

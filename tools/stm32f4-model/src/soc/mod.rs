@@ -2,13 +2,17 @@
 //!
 //! - `access`: reads and writes by the core or DMA.
 //! - `events`: order of events, triggers, conversions, transfers, watchdog.
+//! - `faults`: what a caller can break.
 //! - `clock_tree`: effects of RCC: clocks, resets, ratings.
+//! - `low_speed`: what LSI clocks: the watchdog, and the captures of TIM5.
 //! - `pin_levels`: state of the pins.
 //! - `pins`: effects of pin levels on IDR, EXTI and break inputs.
 
 mod access;
 mod clock_tree;
 mod events;
+mod faults;
+mod low_speed;
 mod pin_levels;
 mod pins;
 
@@ -22,14 +26,16 @@ use crate::config::SocConfig;
 use crate::dbgmcu::Dbgmcu;
 use crate::dma::{Dma, DmaSource};
 use crate::exti::{Exti, Syscfg};
-use crate::flash::Flash;
+use crate::flash::{Flash, FlashOperation};
 use crate::gpio::Gpio;
 use crate::iwdg::Iwdg;
 use crate::lint::{Lint, LintKind};
+use crate::lsi::Lsi;
 use crate::pin::Pin;
 use crate::pwr::Pwr;
 use crate::rcc::Rcc;
 use crate::reset::ResetCause;
+use crate::supply::Supply;
 use crate::tim::{TIMERS, Timer};
 use crate::usart::{SERIAL_IN, Usart};
 
@@ -37,6 +43,9 @@ use pin_levels::Pins;
 
 /// Number of results kept for [`Soc::conversions`]; older ones are dropped.
 const KEPT_CONVERSIONS: usize = 1 << 16;
+
+/// Supply of the chip at power-on, V. [`SocConfig::vdda`] is the analogue supply alone.
+const SUPPLY_V: f64 = 3.0;
 
 /// The peripherals of the STM32F407VG.
 ///
@@ -72,9 +81,15 @@ pub struct Soc {
     rcc: Rcc,
     pwr: Pwr,
     flash: Flash,
+    /// Flash operations that have ended or were cut, for the caller, which holds the memory.
+    flash_operations: Vec<FlashOperation>,
+    supply: Supply,
     dbgmcu: Dbgmcu,
+    /// A debugger has halted the core.
+    halted: bool,
     syscfg: Syscfg,
     exti: Exti,
+    lsi: Lsi,
     iwdg: Iwdg,
     gpio: [Gpio; 9],
     /// Index is the number of the timer; 0 is unused.
@@ -91,10 +106,22 @@ pub struct Soc {
     requests: Vec<DmaSource>,
     /// Cycle of the watchdog timeout; `u64::MAX`: not started.
     watchdog_at: u64,
+    /// LSI periods at the next capture of TIM5, and its cycle; `None`: it captures nothing.
+    capture: Option<(f64, u64)>,
     reset_request: Option<ResetCause>,
+    /// Cycle of the end of a flash operation, and of a reset by the supply; `u64::MAX`: none is scheduled.
+    flash_at: u64,
+    released_at: u64,
     /// Cycles of the next event, and of the next event with a visible effect; `u64::MAX`: none.
     next: u64,
     next_visible: u64,
+    /// The same without the inputs.
+    scheduled: u64,
+    scheduled_visible: u64,
+    /// A register access or a transfer was made since the interrupt lines and `scheduled` were updated.
+    stale: bool,
+    /// A register access has moved the next event of a timer since `scheduled` was updated.
+    schedule_stale: bool,
     lints: Vec<Lint>,
     lint_index: HashMap<(u32, Width, LintKind, bool), usize>,
     conversions: VecDeque<Conversion>,
@@ -113,10 +140,14 @@ impl Soc {
             rcc,
             pwr: Pwr::new(),
             flash: Flash::new(config.bor_level),
+            flash_operations: Vec::new(),
+            supply: Supply::new(SUPPLY_V),
             dbgmcu: Dbgmcu::default(),
+            halted: false,
             syscfg: Syscfg::default(),
             exti: Exti::default(),
-            iwdg: Iwdg::new(config.lsi_hz),
+            lsi: Lsi::new(config.lsi_hz),
+            iwdg: Iwdg::new(),
             gpio: std::array::from_fn(Gpio::new),
             timers: std::array::from_fn(|number| Timer::new(&TIMERS[number], 0)),
             adcs: std::array::from_fn(Adc::new),
@@ -128,14 +159,22 @@ impl Soc {
             lines: [0; 3],
             requests: Vec::new(),
             watchdog_at: u64::MAX,
+            capture: None,
             reset_request: None,
+            flash_at: u64::MAX,
+            released_at: u64::MAX,
             next: u64::MAX,
             next_visible: u64::MAX,
+            scheduled: u64::MAX,
+            scheduled_visible: u64::MAX,
+            stale: false,
+            schedule_stale: false,
             lints: Vec::new(),
             lint_index: HashMap::new(),
             conversions: VecDeque::new(),
             config,
         };
+        soc.rcc.set_lsi_works(soc.lsi.oscillates());
         soc.apply_clock_tree();
         soc.refresh();
         soc
@@ -181,6 +220,18 @@ impl Soc {
         self.rcc.stopped()
     }
 
+    /// True while the core stands still although it has a clock: the chip is held in reset, or the flash is erased or programmed, so that a fetch
+    /// waits (RM0090 3.6). The core's program is in flash here.
+    #[must_use]
+    pub fn core_waits(&self) -> bool {
+        self.is_held_in_reset() || self.flash.ends_at().is_some()
+    }
+
+    /// Takes the flash operations that have ended or were cut since the last call, in order. The caller applies them to its memory.
+    pub fn take_flash_operations(&mut self) -> Vec<FlashOperation> {
+        std::mem::take(&mut self.flash_operations)
+    }
+
     /// Takes a reset request of the chip, to which the caller responds with [`Soc::reset`]. [`Soc::advance_to`] stops at its cycle.
     pub fn take_reset(&mut self) -> Option<ResetCause> {
         self.reset_request.take()
@@ -189,22 +240,25 @@ impl Soc {
     /// Resets all blocks at the present cycle (RM0090 6.1.1) and sets the cause in RCC_CSR. A power-on also clears the backup domain and the
     /// debug registers. The chip drives no pin afterwards. Time, lints and conversions are kept.
     pub fn reset(&mut self, cause: ResetCause) {
+        self.flash_operations.extend(self.flash.cut(self.time.seconds(self.now)));
         self.rcc.reset(cause);
         self.pwr = Pwr::new();
         self.flash = Flash::new(self.config.bor_level);
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
-        self.iwdg = Iwdg::new(self.config.lsi_hz);
+        self.iwdg = Iwdg::new();
         self.adc_common = AdcCommonRegisters::default();
         self.dma = [Dma::new(), Dma::new()];
         self.usart2 = Usart::new();
         self.gpio = std::array::from_fn(Gpio::new);
         self.timers = std::array::from_fn(|number| Timer::new(&TIMERS[number], self.now));
-        self.adcs = std::array::from_fn(Adc::new);
+        self.adcs.iter_mut().for_each(Adc::reset);
         if cause == ResetCause::PowerOn {
             self.dbgmcu = Dbgmcu::default();
         }
+        self.halted = false;
         self.requests.clear();
+        self.capture = None;
         self.reset_request = None;
         self.apply_clock_tree();
         self.refresh();
@@ -258,30 +312,16 @@ impl Soc {
         self.pins.output(pin)
     }
 
-    /// Stops the crystal permanently, also after a reset.
-    pub fn fail_hse(&mut self) {
+    /// Tells the peripherals that a debugger halts the core, until the next reset: those with a freeze bit in DBGMCU stop (38.16.2).
+    pub fn halt(&mut self) {
         let cycle = self.now;
         for timer in &mut self.timers {
             // Signals up to the present cycle were routed by the last advance.
             let _ = timer.run_to(cycle);
         }
-        self.rcc.fail_hse();
+        self.halted = true;
         self.apply_clock_tree();
         self.refresh();
-    }
-
-    /// Makes the next regular conversion of a converter (0 to 2) an overrun, as if its last result had not been read in time.
-    pub fn force_overrun(&mut self, index: usize) {
-        if let Some(adc) = self.adcs.get_mut(index) {
-            adc.force_overrun();
-        }
-    }
-
-    /// Makes the next transfer of a stream (0 to 7) of a DMA controller (0 or 1) fail with a transfer error.
-    pub fn fail_next_transfer(&mut self, controller: usize, stream: usize) {
-        if let Some(dma) = self.dma.get_mut(controller).filter(|_| stream < 8) {
-            dma.fail_next_transfer(stream);
-        }
     }
 
     /// Records a lint.

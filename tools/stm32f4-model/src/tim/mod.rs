@@ -1,15 +1,17 @@
 //! TIM1 to TIM14: edge-aligned up-counting, output compare and PWM, trigger output, break (RM0090 chapters 17 to 20).
 //!
-//! Not modelled, and recorded as lints when selected: down and centre-aligned counting, input capture, slave modes, external clock,
-//! encoder, dead time, commutation preload, DMA bursts.
+//! Not modelled, and recorded as lints when selected: down and centre-aligned counting, input capture other than that of LSI, slave modes,
+//! external clock, encoder, dead time, commutation preload, DMA bursts.
 //!
 //! - `bits`: bit masks of the registers.
+//! - `capture`: input capture of LSI.
 //! - `counter`: prescaler, period, repetition, preload registers.
 //! - `registers`: effects of reads and writes.
 //! - `output`: from the reference level of a channel to its pins, and the break.
 //! - `table`: features and pins of the 14 timers.
 
 pub(crate) mod bits;
+mod capture;
 mod counter;
 mod output;
 mod registers;
@@ -190,6 +192,11 @@ impl Timer {
             return signals;
         }
         let all = (1 << self.features.channels) - 1;
+        if self.counter.next(all).counts > self.counter.counts_until(cycle) {
+            // Neither an overflow nor a match: the next event keeps its cycle.
+            self.counter.step_to(cycle);
+            return signals;
+        }
         let unused = !self.used_events().1;
         let mut periods = 0;
         while self.counter.running() {

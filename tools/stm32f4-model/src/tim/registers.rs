@@ -81,7 +81,7 @@ impl Timer {
             }
             BDTR => self.write_bdtr(value, lints),
             0x50 => {
-                if value != 0 {
+                if !self.option_is_modelled(value) {
                     lints.push(LintKind::Mode("timer input remapping"));
                 }
                 self.option = value & 0xFFFF;
@@ -180,7 +180,7 @@ impl Timer {
 
     fn write_ccmr(&mut self, which: usize, value: u32, lints: &mut Vec<LintKind>) {
         let mask = if self.features.channels == 1 { 0x00FF } else { 0xFFFF };
-        if value & mask & 0x0303 != 0 {
+        if !self.capture_is_modelled(which, value & mask) {
             lints.push(LintKind::Mode("input capture"));
         }
         if value & mask & 0x8080 != 0 {

@@ -55,6 +55,11 @@ pub(crate) static TIMERS: [TimerFeatures; 15] = [
 ];
 
 impl TimerFeatures {
+    /// True where channel 4 can be connected to LSI (RM0090 18.4.20).
+    pub(crate) fn captures_lsi(&self) -> bool {
+        self.number == 5
+    }
+
     /// True where the register at an offset exists in this timer.
     pub(crate) fn has(&self, offset: u32) -> bool {
         match offset {

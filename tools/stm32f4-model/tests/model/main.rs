@@ -7,6 +7,8 @@ mod bus;
 mod clocks;
 mod dma;
 mod exti;
+mod faults;
+mod lsi;
 mod oracle;
 mod properties;
 mod pwm;

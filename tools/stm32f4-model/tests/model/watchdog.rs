@@ -113,3 +113,22 @@ fn a_reset_resets_all_blocks() {
     assert_eq!((bench.get(TIM2 + DIER), bench.get(GPIOD)), (0, 0));
     assert_eq!(bench.get(CSR), 0x1E00_0000);
 }
+
+#[test]
+fn a_halted_core_stops_what_the_freeze_bits_name() {
+    // 38.16.2, 38.16.4, 38.16.5.
+    let apb1_freeze = 0xE004_2008;
+    for (bits, counts, resets) in [(0, true, true), (1, false, true), (1 << 12, true, false)] {
+        let mut bench = Bench::clocked();
+        bench.set(IWDG, 0xCCCC);
+        bench.set(TIM2 + CR1, 1);
+        bench.set(apb1_freeze, bits);
+        bench.pass(16_000);
+        let before = bench.get(TIM2 + CNT);
+        bench.soc.halt();
+        bench.pass(16_000);
+        assert_eq!(bench.get(TIM2 + CNT) > before, counts, "{bits:#x}");
+        bench.to(160_000_000);
+        assert_eq!(bench.soc.take_reset().is_some(), resets, "{bits:#x}");
+    }
+}

@@ -7,9 +7,9 @@ use std::path::Path;
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
-use super::judge::Limits;
 use super::kinds::Inject;
 use super::stage::{Run, Sequence};
+use crate::judge::Limits;
 use crate::loader::ProgramImage;
 use crate::nvic::{EXCEPTIONS, Nvic};
 

@@ -50,6 +50,10 @@ pub(crate) enum Inject {
     },
     /// An instruction takes so many cycles.
     Slow(f64),
+    /// A debugger halts the core.
+    Halt,
+    /// The oscillator of the watchdog gets this frequency, Hz; 0 stops it.
+    Lsi(f64),
     /// An exception is enabled and pending, though nothing has requested it: 2 to 15 those of the core, 16 and more the interrupts.
     Exception(u8),
     /// The chip is reset.
@@ -102,6 +106,8 @@ impl Inject {
             Inject::Volts { pin, volts } => InjectionKind::Volts(pin.0, *volts),
             Inject::Level { pin, high } => InjectionKind::Level(pin.0, *high),
             Inject::Slow(cpi) => InjectionKind::Slow(*cpi),
+            Inject::Halt => InjectionKind::Halt,
+            Inject::Lsi(hz) => InjectionKind::LowSpeedClock(*hz),
             Inject::Exception(number) => InjectionKind::Exception(*number),
             Inject::Reset(cause) => InjectionKind::Reset(match cause {
                 Cause::PowerOn => ResetCause::PowerOn,

@@ -2,13 +2,11 @@
 
 mod driving;
 mod file;
-mod judge;
 mod kinds;
 mod several;
 mod stage;
 
 pub(crate) use driving::Driving;
 pub(crate) use file::{Campaign, Expected, Fault, Reaction};
-pub(crate) use judge::Judge;
 pub(crate) use several::{Draw, Several};
 pub(crate) use stage::{Press, Run, Sequence};

@@ -133,6 +133,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// Runs on to a time, s.
     pub(super) fn run_until(&mut self, seconds: f64) -> Result<()> {
         let mut stood = 0;
+        self.pause_s = seconds;
         while self.cpu.machine().seconds() < seconds {
             self.step_on(&mut stood)?;
         }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::BoardRun;
 use super::campaign::{Item, write_line};
-use crate::campaign::{Campaign, Draw, Driving, Expected, Fault, Judge, Reaction, Sequence};
+use crate::campaign::{Campaign, Draw, Driving, Expected, Fault, Reaction, Sequence};
 use crate::inject::Injection;
 use crate::plant::ButtonPress;
 use crate::pulses::SERVOS;
@@ -83,7 +83,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// One case; returns whether it is good.
     pub(super) fn case(&mut self, campaign: &Campaign, item: &Item<'_>, state: &str) -> Result<bool> {
         let outputs = self.output_state();
-        self.judge = Some(Judge::new(campaign.limits.clone()));
+        self.judge.begin_case(campaign.limits.clone());
         self.driving = Some(Driving::new(outputs.armed && outputs.rail));
         let now = self.cpu.machine().seconds();
         // Nothing of the run follows, but for what a sequence says.
@@ -95,7 +95,7 @@ impl<W: Write> BoardRun<'_, W> {
             Item::Several(draw) => self.several(draw)?,
         };
         line.state = state;
-        let (violations, first) = self.judge.as_ref().map_or((0, None), Judge::violations);
+        let (violations, first) = self.judge.violations();
         line.violations = violations;
         line.why = first.map(str::to_owned).or(line.why);
         line.good = line.why.is_none();
@@ -113,6 +113,7 @@ impl<W: Write> BoardRun<'_, W> {
         let mut has_effect = false;
         let mut stood = 0;
         loop {
+            self.pause_s = until;
             self.step_on(&mut stood)?;
             let now = self.cpu.machine().seconds();
             let reaction = self.injections[place].reaction(now);

@@ -9,25 +9,35 @@ use stm32f4_model::{Conversion, Lint};
 use super::{BoardRun, IdleState, PERIODIC_JOB_S, ROUNDING_S};
 use crate::console::ConsoleCommand;
 use crate::inject::{Injection, InjectionKind, Moment};
-use crate::plant::ButtonPress;
+use crate::plant::{BUTTON, ButtonPress, EMERGENCY_STOP};
 use crate::pulses::{SERVOS, TimedOutputChange};
 use crate::report::{self, LintCount, ReportLine, RunSummary};
 
 /// Number of periodic jobs between two status lines: 100 ms.
 const STATUS_EVERY: u64 = 100;
+/// Number of periodic jobs between two lines of the servos: a servo frame.
+const SERVOS_EVERY: u64 = 20;
+
+fn hex_digit(four_bits: u8) -> char {
+    char::from(b"0123456789abcdef"[usize::from(four_bits)])
+}
 
 impl<W: Write> BoardRun<'_, W> {
     /// Reports the new pulses, and updates the outcomes of injected faults from the outputs.
     pub(super) fn report_outputs(&mut self) {
         let now = self.moment();
         let mut board = self.cpu.machine();
+        let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, now.seconds));
+        let in_pulse = board.plant.pulses.any_high();
         let periods = board.plant.pulses.take_periods();
         let activity = board.plant.pulses.take_activity();
         let reached = board.reached.take();
         drop(board);
-        if let Some(judge) = &mut self.judge {
-            periods.iter().for_each(|period| judge.take(period));
-            activity.iter().for_each(|change| judge.change(change));
+        self.judge.observe(now.seconds, button, stop);
+        periods.iter().for_each(|period| self.judge.take(period));
+        activity.iter().for_each(|change| self.judge.change(change));
+        if let Some(servos) = &mut self.servos {
+            servos.take(&periods, &activity, now.seconds, in_pulse);
         }
         if let Some(driving) = &mut self.driving {
             periods.iter().for_each(|period| driving.take(period));
@@ -76,6 +86,10 @@ impl<W: Write> BoardRun<'_, W> {
                     eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold, stop or quit")
                 }
             }
+        }
+        if let Some(servos) = self.servos.as_ref().filter(|_| self.periods.is_multiple_of(SERVOS_EVERY)) {
+            let (deg, torque) = (servos.degrees().map(report::degrees), servos.torque().map(report::degrees));
+            self.report.line(&ReportLine::Servos { t_s: report::seconds(seconds), deg, torque });
         }
         if self.periods.is_multiple_of(STATUS_EVERY) {
             self.report_status();
@@ -126,7 +140,7 @@ impl<W: Write> BoardRun<'_, W> {
         let bytes = rtt.poll(&mut self.cpu);
         if !bytes.is_empty() {
             self.rtt_bytes += bytes.len() as u64;
-            let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            let hex: String = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xF]).map(hex_digit).collect();
             if let Some(log) = &mut self.log {
                 log.push_str(&hex);
             }
@@ -188,6 +202,14 @@ impl<W: Write> BoardRun<'_, W> {
         self.recorder.flush()?;
         self.report_lints();
         let now = self.moment().seconds;
+        let (high_since, rail) = {
+            let board = self.cpu.machine();
+            (board.plant.pulses.high_since(), board.plant.pulses.state().rail)
+        };
+        self.judge.end(now, high_since, rail);
+        let judged = self.judge.judged();
+        self.judge_log.append(&judged)?;
+        let as_expected = (judged.violations > 0) == self.options.violates.is_some();
         let injections: Vec<_> = self.injections.iter().map(|injection| injection.reaction(now)).collect();
         let end = {
             let board = self.cpu.machine();
@@ -213,13 +235,16 @@ impl<W: Write> BoardRun<'_, W> {
                 pulse_us: pulses.extremes.map(|both| both.map(|(min, max)| [report::micros(min), report::micros(max)])),
                 high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
                 frame_margin_us: pulses.frame_margin_us,
+                judged,
+                servo_deg: self.servos.as_ref().map(|servos| servos.extremes().map(|ends| ends.map(report::degrees))),
                 instructions: board.instructions,
                 exceptions: self.exceptions,
+                interrupts: board.nvic.enabled_lines().collect(),
                 rtt_bytes: self.rtt_bytes,
                 injections,
             }
         };
-        let good = end.lints.is_empty() && !self.locked_up;
+        let good = end.lints.is_empty() && !self.locked_up && as_expected;
         let code = match self.status {
             Some(status) if status != 0 => status.min(255) as u8,
             Some(_) => u8::from(!good),

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 
 use joint_loop::control::trim::STEP_S;
 use joint_loop::tuning::{Action, Outcome};
-use joint_loop::{RobotConfig, SupervisorState};
+use joint_loop::{LoopError, RobotConfig, ServoMap, SupervisorState};
 use joint_units::{Joint, Period, PulseMicros};
 
 use super::board::{Seen, Trimmed};
@@ -150,11 +150,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
     /// Pulses of the park pose by the robot file.
     fn parked(&self) -> Result<[PulseMicros; Joint::COUNT], Failure> {
         let robot = self.robot.build(Period::MILLISECOND).map_err(Failure::input)?;
-        let mut parked = [PulseMicros(0); Joint::COUNT];
-        for ((pulse, servo), angle) in parked.iter_mut().zip(&robot.servos).zip(self.robot.park) {
-            *pulse = servo.pulse(angle).unwrap_or_default();
-        }
-        Ok(parked)
+        ServoMap::pulses(&robot.servos, self.robot.park).ok_or(LoopError::Park).map_err(Failure::input)
     }
 
     fn arrive(&mut self, seen: &Seen) -> Result<(), Failure> {

@@ -5,7 +5,8 @@
 //! vrefint,                                                             code of the internal reference
 //! left_knee_deg,left_knee_validity,left_knee_code,left_knee_volts,     each sensor: angle (empty unless good), measured code
 //! state,set_left_hip_deg,...,left_hip_us,...,known,                    loop: setpoints, pulses (0 is none), their source
-//! seq,elapsed,flags,request,late,missed,limited,lost                   counters; request: of a host; lost: all samples lost before this row
+//! seq,elapsed,flags,request,watchdog_hz,late,missed,limited,lost       counters; request: of a host; watchdog_hz: a new measurement of the
+//!                                                                      watchdog's clock; lost: all samples lost before this row
 //! ```
 //! A sensor's columns have the name of its joint, as those of recordings do. A program that is killed while it writes can leave half a
 //! row at the end, which [`gait_trace::format::mapped_csv`] leaves out, with a note.
@@ -55,7 +56,7 @@ fn header(joints: &[Joint]) -> String {
     let sensor = |joint: &Joint| ["deg", "validity", "code", "volts"].map(|what| format!("{}_{what}", joint.name()));
     let sensors: Vec<String> = joints.iter().flat_map(sensor).collect();
     format!(
-        "time_s,boot,tick,vrefint,{},state,{},{},known,seq,elapsed,flags,request,late,missed,limited,lost\n",
+        "time_s,boot,tick,vrefint,{},state,{},{},known,seq,elapsed,flags,request,watchdog_hz,late,missed,limited,lost\n",
         sensors.join(","),
         of("set_", "deg"),
         of("", "us")
@@ -65,6 +66,7 @@ fn header(joints: &[Joint]) -> String {
 fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
     let Sample { call, readings, output, .. } = sample;
     let request = call.request.map_or_else(String::new, |request| request.to_string());
+    let watchdog_hz = call.watchdog_hz.map_or_else(String::new, |hz| hz.to_string());
     write!(out, "{},{},{},", seconds(sample.time_ns), sample.boot, sample.tick)?;
     write!(out, "{},", call.reference)?;
     for (reading, code) in readings.iter().zip(call.sample().codes).take(columns) {
@@ -86,9 +88,9 @@ fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
                 write!(out, ",{pulse}")?;
             }
             write!(out, ",{},{},{},{}", sample.known.name(), tick.seq, call.elapsed, call.flags.bits())?;
-            write!(out, ",{request},{},{},{}", tick.late, tick.missed, tick.limited)?;
+            write!(out, ",{request},{watchdog_hz},{},{},{}", tick.late, tick.missed, tick.limited)?;
         }
-        None => write!(out, ",,,,,,,,,,,{},{},{request},,,", call.elapsed, call.flags.bits())?,
+        None => write!(out, ",,,,,,,,,,,{},{},{request},{watchdog_hz},,,", call.elapsed, call.flags.bits())?,
     }
     writeln!(out, ",{}", sample.lost)
 }

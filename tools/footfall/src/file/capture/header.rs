@@ -11,14 +11,15 @@ use joint_loop::{JointSensor, JointSensors, RecordName};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
-use wire::RecordId;
+use wire::{LastOutputs, RecordId};
 
 /// Version of the layout of captures and of the file beside them.
 ///
 /// Version 4 has `validity` instead of `verdict`, `generator_file` instead of `params`, `result` instead of `summary`, and `boot_record`
 /// instead of `heard`. Version 5 has name and check sum of each record at each boot, where the board reports them,
-/// version 6 the records themselves, version 7 the requests of a host. Version 8 has times of the Unix epoch in MCAP, and their zero.
-pub const SCHEMA: u32 = 8;
+/// version 6 the records themselves, version 7 the requests of a host. Version 8 has times of the Unix epoch in MCAP, and their zero,
+/// version 9 how the outputs of the run before ended, and the measured clock of the watchdog.
+pub const SCHEMA: u32 = 9;
 
 /// What runs on the board: image, generator, sensors, their records and that of the robot in hexadecimal digits; and `more` about the run.
 #[must_use]
@@ -90,6 +91,9 @@ pub(crate) fn boot(booted: &Booted) -> Value {
         "sensors": id(&boot.sensors),
         "robot": id(&boot.robot),
         "shadow": boot.shadow,
+        "last_outputs": boot.last_outputs.map(|LastOutputs { pulses_us, on, cut }| {
+            json!({ "pulses_us": pulses_us, "on": on, "cut": cut })
+        }),
     })
 }
 

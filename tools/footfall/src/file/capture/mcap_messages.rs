@@ -131,6 +131,7 @@ impl Messages {
         sensor.insert("elapsed".into(), sample.call.elapsed.into());
         sensor.insert("flags".into(), sample.call.flags.bits().into());
         sensor.insert("request".into(), sample.call.request.map(|request| request.to_string()).into());
+        sensor.insert("watchdog_hz".into(), sample.call.watchdog_hz.into());
         sensor.insert("lost".into(), sample.lost.into());
         self.message(0, at, &Value::Object(sensor))?;
 

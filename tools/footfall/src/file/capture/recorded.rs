@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
-use wire::{Boot, Call, Flags, RecordId, Reset};
+use wire::{Boot, Call, Flags, LastOutputs, RecordId, Reset};
 
 /// Why a capture cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -148,7 +148,9 @@ impl Values<'_> {
         let request = (self.of)("request")
             .map(|text| text.parse().map_err(|error| self.wrong("request", format!("is `{text}`, {error}"))));
         let request = request.transpose()?;
-        Ok(Call { codes, reference: self.number("vrefint")?, elapsed: self.number("elapsed")?, flags, request })
+        let watchdog_hz = (self.of)("watchdog_hz").map(|_| self.number("watchdog_hz")).transpose()?;
+        let (reference, elapsed) = (self.number("vrefint")?, self.number("elapsed")?);
+        Ok(Call { codes, reference, elapsed, flags, watchdog_hz, request })
     }
 
     fn output(&self, state: String) -> Result<Output, RecordedError> {
@@ -235,7 +237,20 @@ fn boot(values: &Values<'_>, value: &Value) -> Result<Option<Boot>, RecordedErro
         sensors: id("sensors")?,
         robot: id("robot")?,
         shadow: flag("shadow")?,
+        last_outputs: last_outputs(values, &value["last_outputs"])?,
     }))
+}
+
+fn last_outputs(values: &Values<'_>, value: &Value) -> Result<Option<LastOutputs>, RecordedError> {
+    if value.is_null() {
+        return Ok(None);
+    }
+    let of = || {
+        let pulses: Vec<u16> = serde_json::from_value(value["pulses_us"].clone()).ok()?;
+        let cut = u32::try_from(value["cut"].as_u64()?).ok()?;
+        Some(LastOutputs { pulses_us: pulses.try_into().ok()?, on: value["on"].as_bool()?, cut })
+    };
+    of().map(Some).ok_or_else(|| values.wrong("last_outputs", "is not four pulses, `on` and `cut`"))
 }
 
 fn joints(recorded: &Recorded) -> Vec<Joint> {

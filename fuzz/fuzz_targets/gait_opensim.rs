@@ -1,0 +1,3 @@
+//! Target `gait_opensim` of the fuzzer.
+#![no_main]
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz_properties::gait_files::opensim(bytes));

@@ -1,0 +1,3 @@
+//! Target `gait_visual3d` of the fuzzer.
+#![no_main]
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz_properties::gait_files::visual3d(bytes));

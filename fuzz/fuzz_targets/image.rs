@@ -1,0 +1,3 @@
+//! Target `image` of the fuzzer.
+#![no_main]
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz_properties::host_files::image(bytes));

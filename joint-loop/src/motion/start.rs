@@ -1,0 +1,168 @@
+//! Where an arming starts: at the last pulses if they are known, else at the park pose.
+//!
+//! A servo turns to the first pulse that it gets at its full speed, from wherever it is. Without an encoder the board does not know where that is. Where
+//! the pulses ended last is the best that it can know, for as long as nobody has moved the joint: so an arming starts there, waits until each servo has
+//! had this pulse, and goes to the park pose at the limits of the gate. Then the ramp begins.
+
+use crate::error::{LoopError, ticks};
+use crate::motion::gate::{Gate, GateState};
+use crate::motion::servo::ServoMap;
+use joint_units::{Joint, Period, PulseMicros, Radians};
+
+/// Time after the last pulse, or after a boot that kept it, for which it is known, s. Later a person may have moved the joint, or its weight.
+pub const KNOWN_S: f32 = 60.0;
+/// Time after which each servo has had its first pulse, s: two servo frames.
+const FIRST_PULSE_S: f32 = 0.04;
+/// Largest difference of a pulse from that of a pose that the gate allows, us: the rounding of both.
+const ROUNDING_US: u16 = 1;
+
+/// The times, in ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Start {
+    known: u32,
+    first_pulse: u32,
+}
+
+/// How long ago pulses began and ended, in ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct StartState {
+    /// Since the last pulse; `None`: it is not known.
+    silent: Option<u32>,
+    /// Since the first pulse of this motion.
+    on: u32,
+}
+
+impl Start {
+    pub(crate) fn build(period: Period) -> Result<Self, LoopError> {
+        Ok(Self {
+            known: ticks("start.known_s", KNOWN_S, KNOWN_S, KNOWN_S, period)?,
+            first_pulse: ticks("start.first_pulse_s", FIRST_PULSE_S, FIRST_PULSE_S, FIRST_PULSE_S, period)?,
+        })
+    }
+
+    /// Takes whether a tick has pulses, and the periods since the one before.
+    pub(crate) fn note(self, state: &mut StartState, pulses: bool, elapsed: u32) {
+        if pulses {
+            *state = StartState { silent: Some(0), on: state.on.saturating_add(elapsed) };
+        } else {
+            let silent = state.silent.map(|silent| silent.saturating_add(elapsed));
+            *state = StartState { silent: silent.filter(|silent| *silent <= self.known), on: 0 };
+        }
+    }
+
+    /// Whether each servo has had its first pulse.
+    pub(crate) fn has_begun(self, state: StartState) -> bool {
+        state.on > self.first_pulse
+    }
+}
+
+impl StartState {
+    /// Nothing is known.
+    pub(crate) const UNKNOWN: Self = Self { silent: None, on: 0 };
+    /// The pulses have just ended.
+    pub(crate) const ENDED: Self = Self { silent: Some(0), on: 0 };
+
+    /// Whether the last pulses are known.
+    pub(crate) const fn is_known(self) -> bool {
+        self.silent.is_some()
+    }
+}
+
+/// State at rest in the pose of these pulses; `None` where a pulse is none of its servo's, or the gate does not allow the pose.
+pub(crate) fn pose_of(
+    gate: &Gate,
+    servos: &[ServoMap; Joint::COUNT],
+    pulses: [PulseMicros; Joint::COUNT],
+) -> Option<GateState> {
+    let mut pose = [Radians(0.0); Joint::COUNT];
+    for ((angle, servo), pulse) in pose.iter_mut().zip(servos).zip(pulses) {
+        *angle = servo.angle(pulse);
+    }
+    let state = gate.rest_near(pose)?;
+    let is_near = |(servo, (angle, pulse)): (&ServoMap, (Radians, PulseMicros))| {
+        let allowed = servo.pulse(angle).is_some_and(|near| near.0.abs_diff(pulse.0) <= ROUNDING_US);
+        allowed && servo.allows(pulse)
+    };
+    servos.iter().zip(gate.pose(&state).into_iter().zip(pulses)).all(is_near).then_some(state)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LoopConfig, RobotConfig};
+    use proptest::prelude::*;
+
+    fn robot() -> crate::Robot {
+        RobotConfig::default_biped().build(Period::MILLISECOND).expect("valid")
+    }
+
+    proptest! {
+        /// Whatever the gate allowed is known again from its pulses, to one microsecond.
+        #[test]
+        fn a_pose_that_the_gate_allowed_is_found_from_its_pulses(
+            targets in prop::collection::vec(prop::array::uniform4(-3.0_f32..3.0), 1..20), ticks in 1_usize..400
+        ) {
+            let robot = robot();
+            let mut state = robot.parked;
+            for target in &targets {
+                for _ in 0..ticks {
+                    let (setpoints, _) = robot.gate.limit(&mut state, target.map(Radians)).expect("finite");
+                    let mut pulses = [PulseMicros(0); Joint::COUNT];
+                    for ((pulse, servo), angle) in pulses.iter_mut().zip(&robot.servos).zip(setpoints) {
+                        *pulse = servo.pulse(angle).expect("finite");
+                    }
+                    let found = pose_of(&robot.gate, &robot.servos, pulses);
+                    prop_assert!(found.is_some(), "{:?} of {:?}", pulses, setpoints);
+                    let again = robot.gate.pose(&found.expect("checked"));
+                    for ((angle, servo), pulse) in again.into_iter().zip(&robot.servos).zip(pulses) {
+                        prop_assert!(servo.pulse(angle).expect("finite").0.abs_diff(pulse.0) <= 1);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_pose_that_is_not_allowed_is_not_known() {
+        let robot = robot();
+        let known = |pulses: [u16; 4]| pose_of(&robot.gate, &robot.servos, pulses.map(PulseMicros)).is_some();
+        let park = LoopConfig::default_biped().blend.park;
+        let mut parked = [0; 4];
+        for ((pulse, servo), angle) in parked.iter_mut().zip(&robot.servos).zip(park) {
+            *pulse = servo.pulse(angle).expect("finite").0;
+        }
+        assert!(known(parked));
+        for joint in 0..4 {
+            for pulse in [0, 400, 499, 2_501, u16::MAX] {
+                let mut pulses = parked;
+                pulses[joint] = pulse;
+                assert!(!known(pulses), "{pulses:?}");
+            }
+        }
+        assert!(!known([0; 4]));
+    }
+
+    #[test]
+    fn the_last_pulses_are_known_for_a_minute() {
+        let start = Start::build(Period::MILLISECOND).expect("valid");
+        let mut state = StartState::UNKNOWN;
+        start.note(&mut state, false, 1);
+        assert!(!state.is_known());
+        for tick in 1..=100 {
+            start.note(&mut state, true, 1);
+            assert_eq!((state.is_known(), start.has_begun(state)), (true, tick > 40), "{tick}");
+        }
+        for tick in 1..=60_001 {
+            start.note(&mut state, false, 1);
+            assert_eq!((state.is_known(), start.has_begun(state)), (tick <= 60_000, false), "{tick}");
+        }
+        // Missed periods count.
+        let mut state = StartState::ENDED;
+        for _ in 0..235 {
+            start.note(&mut state, false, 255);
+        }
+        assert!(state.is_known());
+        start.note(&mut state, false, 255);
+        assert!(!state.is_known());
+    }
+}

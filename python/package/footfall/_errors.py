@@ -1,0 +1,13 @@
+"""The exceptions of footfall, and its warning."""
+
+
+class FootfallError(Exception):
+    """A correct input gave no result; the text says why, with values and units."""
+
+
+class InputError(FootfallError, ValueError):
+    """A value or the content of a file is wrong; the text says what, where and what is allowed, with units."""
+
+
+class RecordingWarning(UserWarning):
+    """A recording may not be what it seems; the text has the place in seconds and the angles in degrees."""

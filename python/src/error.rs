@@ -1,0 +1,61 @@
+//! Exceptions of Python, with the words of the errors of the crates.
+//!
+//! `InputError`, which is also a `ValueError`, for wrong values and wrong contents of files; `OSError` for files that cannot be read;
+//! `FootfallError` where a correct input gives no result.
+
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+
+use footfall::failure::Failure;
+use gait_trace::{Fault, TraceError};
+use generator_file::toml_file::FileError;
+use pyo3::PyErr;
+
+pyo3::import_exception!(footfall._errors, FootfallError);
+pyo3::import_exception!(footfall._errors, InputError);
+
+/// A wrong value, or the wrong content of a file.
+pub(crate) fn input(error: impl Display) -> PyErr {
+    InputError::new_err(error.to_string())
+}
+
+/// A correct input without a result.
+pub(crate) fn run(error: impl Display) -> PyErr {
+    FootfallError::new_err(error.to_string())
+}
+
+/// What is wrong with a generator file, a robot file or a sensor file.
+pub(crate) fn file(error: &FileError) -> PyErr {
+    input(error)
+}
+
+/// What is wrong with a recording.
+pub(crate) fn trace(error: &TraceError) -> PyErr {
+    match &*error.fault {
+        Fault::Io(why) => io::Error::new(why.kind(), error.to_string()).into(),
+        _ => input(error),
+    }
+}
+
+/// Why a command of the program `footfall` would have failed.
+pub(crate) fn failure(failure: Failure) -> PyErr {
+    match failure {
+        Failure::Input(text) => InputError::new_err(text),
+        Failure::Run(text) => FootfallError::new_err(text),
+    }
+}
+
+/// Refuses a file that cannot be opened, as an `OSError` of the kind that Python has for it.
+pub(crate) fn can_open(path: &Path) -> Result<(), PyErr> {
+    match std::fs::File::open(path) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(io::Error::new(error.kind(), format!("{}: cannot be read: {error}", path.display())).into()),
+    }
+}
+
+/// Refuses a file that cannot be written.
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), PyErr> {
+    std::fs::write(path, text)
+        .map_err(|error| io::Error::new(error.kind(), format!("{}: cannot be written: {error}", path.display())).into())
+}

@@ -1,0 +1,331 @@
+//! `JointLoop`: the control loop of a board, given samples from Python.
+
+use footfall::board::default_loop::{Parameters, TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL};
+use footfall::options::sensors::SensorArgument;
+use hgod_adc::Validity;
+use joint_loop::setup::default_loop::{BoardLoop, board_loop};
+use joint_loop::tuning::Request;
+use joint_loop::{BoardFaults, Cause, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
+use joint_units::{AdcCode, Joint, Volts};
+use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use crate::generator::{self, Generator};
+use crate::{arguments, arrays, error};
+
+/// Names of the faults that a board reports.
+const FAULTS: [(&str, BoardFaults); 5] = [
+    ("adc_overrun", BoardFaults::ADC_OVERRUN),
+    ("break_input", BoardFaults::BREAK_INPUT),
+    ("clock", BoardFaults::CLOCK),
+    ("watchdog", BoardFaults::WATCHDOG),
+    ("outputs", BoardFaults::OUTPUTS),
+];
+
+/// What the loop gave in successive calls, as columns.
+#[derive(Default)]
+pub(crate) struct Frames {
+    tick: Vec<u32>,
+    state: Vec<u8>,
+    cause: Vec<u8>,
+    measured: Vec<f32>,
+    validity: Vec<u8>,
+    setpoints: Vec<f32>,
+    pulses: Vec<u16>,
+    limited: Vec<u8>,
+    hash: Vec<u64>,
+}
+
+impl Frames {
+    fn push(&mut self, frame: &Frame<SENSORS>) {
+        self.tick.push(frame.tick);
+        self.state.push(frame.state as u8);
+        self.cause.push(frame.cause as u8);
+        self.measured.extend(frame.measured.map(|angle| angle.0));
+        // 0 is a channel without a sensor.
+        let place = |validity| Validity::ALL.iter().position(|known| *known == validity).map_or(0, |place| place + 1);
+        self.validity.extend(frame.validity.map(|validity| validity.map_or(0, place) as u8));
+        self.setpoints.extend(frame.setpoints.map(|angle| angle.0));
+        self.pulses.extend(frame.pulses.map(|pulse| pulse.0));
+        self.limited.push(frame.limited.bits());
+        self.hash.push(frame.setpoint_hash);
+    }
+
+    fn into_ticks(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+        let times: Vec<f64> = self.tick.iter().map(|tick| f64::from(*tick) * 1e-3).collect();
+        let validities: Vec<&str> = std::iter::once("").chain(Validity::ALL.iter().map(|known| known.name())).collect();
+        let fields = (
+            arrays::column(py, self.tick),
+            arrays::column(py, times),
+            (arrays::column(py, self.state), SupervisorState::ALL.map(SupervisorState::name)),
+            (arrays::column(py, self.cause), Cause::ALL.map(Cause::name).to_vec()),
+            arrays::table(py, self.measured, SENSORS)?,
+            (arrays::table(py, self.validity, SENSORS)?, validities),
+            arrays::table(py, self.setpoints, Joint::COUNT)?,
+            arrays::table(py, self.pulses, Joint::COUNT)?,
+            arrays::column(py, self.limited),
+            arrays::column(py, self.hash),
+        );
+        arrays::result(py, "_ticks", fields)
+    }
+}
+
+/// The control loop of a board, bit for bit: samples in, setpoints (rad) and servo pulses (us) out, one tick a millisecond.
+///
+/// After the boot the emergency stop has to be tested (``faults=['break_input']`` for some ticks, then none), then a hold of the button of 0.5 s
+/// arms. ``generator``: the default walk if it is not given. ``sensors``: list of pairs of a joint and its sensor file, or ``None`` for the
+/// published curve, in the order of the channels. ``robot``: a robot file. ``vrefint_cal``: factory code of the chip's reference.
+/// ``min_supply_v``: V. ``sensor_required``: move only while the sensors are good.
+#[pyclass(module = "footfall")]
+pub(crate) struct JointLoop {
+    joints: BoardLoop,
+    /// Channels that have a sensor.
+    channels: usize,
+}
+
+impl JointLoop {
+    pub(crate) fn new(joints: BoardLoop, channels: usize) -> Self {
+        Self { joints, channels }
+    }
+
+    fn request(row: usize, text: &str) -> PyResult<Request> {
+        text.parse().map_err(|error| error::input(format!("request of row {row} = '{text}': {error}")))
+    }
+}
+
+fn code(name: &str, value: i64) -> PyResult<AdcCode> {
+    let code = u16::try_from(value).ok().filter(|code| *code <= AdcCode::MAX.0);
+    code.map(AdcCode).ok_or_else(|| error::input(format!("{name} = {value}: allowed is 0 to {}", AdcCode::MAX.0)))
+}
+
+/// The first codes, zeros behind them.
+fn codes(values: impl ExactSizeIterator<Item = i64>) -> PyResult<[AdcCode; SENSORS]> {
+    if values.len() > SENSORS {
+        return Err(error::input(format!("codes has {} channels: allowed is up to {SENSORS}", values.len())));
+    }
+    let mut found = [AdcCode(0); SENSORS];
+    for (place, value) in found.iter_mut().zip(values) {
+        *place = code("codes", value)?;
+    }
+    Ok(found)
+}
+
+fn faults(names: &[String]) -> PyResult<BoardFaults> {
+    names.iter().try_fold(BoardFaults::NONE, |all, name| {
+        let found = arguments::one_of("faults", name, FAULTS, |(name, _)| name)?;
+        Ok(all.with(found.1))
+    })
+}
+
+/// One frame as a `Tick` of the Python part.
+fn frame<'py>(py: Python<'py>, frame: &Frame<SENSORS>) -> PyResult<Bound<'py, PyAny>> {
+    let following = frame.following.as_ref().map(|status| generator::status(py, status)).transpose()?;
+    let counters = (frame.seq, frame.late, frame.missed, frame.overruns, frame.limited_ticks);
+    let fields = (
+        frame.tick,
+        frame.state.name(),
+        frame.cause.name(),
+        arrays::column(py, frame.measured.map(|angle| angle.0).to_vec()),
+        frame.validity.map(|validity| validity.map_or("", |validity| validity.name())).to_vec(),
+        arrays::column(py, frame.setpoints.map(|angle| angle.0).to_vec()),
+        arrays::column(py, frame.pulses.map(|pulse| pulse.0).to_vec()),
+        frame.limited.bits(),
+        frame.setpoint_hash,
+        following,
+        counters,
+    );
+    arrays::result(py, "Tick", fields)
+}
+
+/// A column of flags, or none of them.
+type Flags<'py> = Option<PyArrayLike1<'py, bool, AllowTypeChange>>;
+
+/// The flag of a row; a column that was not given is false.
+fn flags(name: &str, column: &Flags<'_>, rows: usize) -> PyResult<Vec<bool>> {
+    let Some(column) = column else { return Ok(vec![false; rows]) };
+    let column = column.as_array();
+    if column.len() == rows { Ok(column.to_vec()) } else { Err(wrong_length(name, column.len(), rows)) }
+}
+
+fn wrong_length(name: &str, found: usize, rows: usize) -> PyErr {
+    error::input(format!("{name} has {found} rows: allowed is {rows}, as codes has"))
+}
+
+#[pymethods]
+impl JointLoop {
+    #[new]
+    #[pyo3(signature = (generator = None, *, sensors = None, robot = None, vrefint_cal = TYPICAL_VREFINT_CAL.0, min_supply_v = None, sensor_required = true))]
+    fn build(
+        generator: Option<PyRef<'_, Generator>>,
+        sensors: Option<Vec<(String, Option<PathBuf>)>>,
+        robot: Option<PathBuf>,
+        vrefint_cal: u16,
+        min_supply_v: Option<f32>,
+        sensor_required: bool,
+    ) -> PyResult<Self> {
+        let generator = generator.map(|generator| {
+            generator.definition.config().ok_or_else(|| {
+                error::input("a board cannot run this generator; allowed are generators of files, of fits and of Generator.default with four joints")
+            })
+        });
+        let argument = |(joint, calibration): (String, Option<PathBuf>)| {
+            calibration.as_deref().map_or(Ok(()), error::can_open)?;
+            Ok(SensorArgument { joint: arguments::joint("sensors", &joint)?, calibration })
+        };
+        let sensors = sensors.map(|sensors| {
+            let all = sensors.into_iter().map(argument).collect::<PyResult<Vec<_>>>()?;
+            SensorArgument::read_all(&all).map_err(error::failure)
+        });
+        let robot = arguments::robot(robot.as_deref())?.robot;
+        let parameters = Parameters::with_defaults(generator.transpose()?, sensors.transpose()?, robot);
+        let parameters = parameters.map_err(error::input)?;
+        let min_supply = robot.min_supply_on(min_supply_v.map_or(TYPICAL_MIN_SUPPLY, Volts));
+        let joints =
+            board_loop(&parameters, AdcCode(vrefint_cal), min_supply, sensor_required).map_err(error::input)?;
+        Ok(Self::new(joints, parameters.sensors.count()))
+    }
+
+    /// Takes the sample of one tick and returns its ``Tick``: setpoints (rad), pulses (us; 0 while the outputs are off), state, cause, hash.
+    ///
+    /// ``codes``: raw code of each sensor channel, 0 to 4095. ``vrefint``: raw code of the chip's reference. ``button``, ``foot``: levels of the
+    /// switches. ``late``: the tick began too late. ``faults``: names of faults that the board found: ``adc_overrun``, ``break_input``,
+    /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``request``: of a host, such as
+    /// ``1 set speed 1.2``.
+    #[pyo3(signature = (codes, vrefint, *, button = false, foot = false, late = false, faults = vec![], elapsed = 1, request = None))]
+    #[allow(clippy::too_many_arguments)] // They are keywords in Python.
+    fn tick<'py>(
+        &mut self,
+        py: Python<'py>,
+        codes: Vec<i64>,
+        vrefint: i64,
+        button: bool,
+        foot: bool,
+        late: bool,
+        faults: Vec<String>,
+        elapsed: i64,
+        request: Option<&str>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let sample = Sample {
+            elapsed: arguments::whole("elapsed", elapsed, 1, MAX_ELAPSED.into())? as u32,
+            codes: self::codes(codes.into_iter())?,
+            vrefint: code("vrefint", vrefint)?,
+            button,
+            foot,
+            late,
+            faults: self::faults(&faults)?,
+            request: request.map(|text| Self::request(0, text)).transpose()?,
+        };
+        self.joints.tick(&sample);
+        frame(py, &self.joints.frame())
+    }
+
+    /// Takes one sample a row and returns ``Ticks``: columns of shape (n,) or (n, 4), setpoints in rad, pulses in us.
+    ///
+    /// ``codes``: shape (n, channels). ``vrefint``: shape (n,). ``button``, ``foot``, ``late``: booleans, shape (n,). ``fault_bits``: shape (n,), bit 0
+    /// overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,). ``requests``: a
+    /// dictionary from a row to the request of a host.
+    #[pyo3(signature = (codes, vrefint, *, button = None, foot = None, late = None, fault_bits = None, elapsed = None, requests = None))]
+    #[allow(clippy::too_many_arguments)] // They are keywords in Python.
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        codes: PyArrayLike2<'py, i64, AllowTypeChange>,
+        vrefint: PyArrayLike1<'py, i64, AllowTypeChange>,
+        button: Flags<'py>,
+        foot: Flags<'py>,
+        late: Flags<'py>,
+        fault_bits: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
+        elapsed: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
+        requests: Option<BTreeMap<usize, String>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (codes, vrefint) = (codes.as_array(), vrefint.as_array());
+        let rows = codes.nrows();
+        let whole = |name: &str, column: Option<PyArrayLike1<'py, i64, AllowTypeChange>>, default, least, most| {
+            let Some(column) = column else { return Ok(vec![default; rows]) };
+            let column = column.as_array().to_vec();
+            if column.len() != rows {
+                return Err(wrong_length(name, column.len(), rows));
+            }
+            match column.iter().position(|value| !(least..=most).contains(value)) {
+                None => Ok(column),
+                Some(row) => {
+                    Err(error::input(format!("{name}[{row}] = {}: allowed is {least} to {most}", column[row])))
+                }
+            }
+        };
+        if vrefint.len() != rows {
+            return Err(wrong_length("vrefint", vrefint.len(), rows));
+        }
+        let (button, foot) = (flags("button", &button, rows)?, flags("foot", &foot, rows)?);
+        let late = flags("late", &late, rows)?;
+        let faults = whole("fault_bits", fault_bits, 0, 0, BoardFaults::CARRIED.into())?;
+        let elapsed = whole("elapsed", elapsed, 1, 1, MAX_ELAPSED.into())?;
+        let requests = requests.unwrap_or_default();
+        let mut samples = Vec::with_capacity(rows);
+        for (row, channels) in codes.rows().into_iter().enumerate() {
+            samples.push(Sample {
+                elapsed: elapsed[row] as u32,
+                codes: self::codes(channels.iter().copied())?,
+                vrefint: code("vrefint", vrefint[row])?,
+                button: button[row],
+                foot: foot[row],
+                late: late[row],
+                faults: BoardFaults::from_bits(faults[row] as u8),
+                request: requests.get(&row).map(|text| Self::request(row, text)).transpose()?,
+            });
+        }
+        let joints = &mut self.joints;
+        let frames = py.detach(|| {
+            let mut frames = Frames::default();
+            for sample in &samples {
+                joints.tick(sample);
+                frames.push(&joints.frame());
+            }
+            frames
+        });
+        frames.into_ticks(py)
+    }
+
+    /// The ``Tick`` of the last call: setpoints in rad, pulses in us.
+    #[getter]
+    fn last<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        frame(py, &self.joints.frame())
+    }
+
+    /// State of the supervisor: ``boot``, ``disarmed``, ``arming``, ``walking``, ``stopping``, ``fault``, ``trim_ready`` or ``trimming``; no unit.
+    #[getter]
+    fn state(&self) -> &'static str {
+        self.joints.state().name()
+    }
+
+    /// Why the supervisor left a state or refused to arm, by name; no unit.
+    #[getter]
+    fn cause(&self) -> &'static str {
+        self.joints.frame().cause.name()
+    }
+
+    /// Whether the emergency stop has to be pressed and released before the first arming; no unit.
+    #[getter]
+    fn awaits_stop_test(&self) -> bool {
+        self.joints.awaits_stop_test()
+    }
+
+    /// Number of sensor channels that have a sensor, from channel 1 on; no unit.
+    #[getter]
+    fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Hash over every setpoint of every tick so far (FNV-1a, 64 bits), as the board computes it; no unit.
+    #[getter]
+    fn setpoint_hash(&self) -> u64 {
+        self.joints.frame().setpoint_hash
+    }
+
+    fn __repr__(&self) -> String {
+        let frame = self.joints.frame();
+        format!("<footfall.JointLoop {}, tick {}, hash {:016x}>", frame.state.name(), frame.tick, frame.setpoint_hash)
+    }
+}

@@ -1,0 +1,51 @@
+//! The native part of the Python package `footfall`: the crates of this workspace, with numpy arrays and Python exceptions.
+//!
+//! | module | what Python gets from it |
+//! |---|---|
+//! | [`generator`] | `Generator`: generators of files, gaits by name, followers |
+//! | [`stepped`] | generators of four, six and eight joints behind one trait |
+//! | [`recording`] | `read`, `Recording`, `Conditioned`: recordings of gait |
+//! | [`fit`] | `fit`, `Fit` |
+//! | [`certificate`] | `certify`, `Certificate` |
+//! | [`joint_loop`] | `JointLoop`: the control loop of a board |
+//! | [`capture`] | `read_capture`, `Capture`: recordings of a board, and their replay |
+//! | [`arguments`] | checks of arguments, with what is allowed |
+//! | [`arrays`] | arrays of numpy, and the result types of the Python part |
+//! | [`error`] | exceptions with the words of the errors of the crates |
+
+mod arguments;
+mod arrays;
+mod capture;
+mod certificate;
+mod error;
+mod fit;
+mod generator;
+mod joint_loop;
+mod recording;
+mod stepped;
+
+use pyo3::prelude::*;
+
+/// The native part of `footfall`; use the package.
+#[pymodule]
+mod _footfall {
+    #[pymodule_export]
+    use super::capture::{Capture, read_capture};
+    #[pymodule_export]
+    use super::certificate::{Certificate, certify};
+    #[pymodule_export]
+    use super::fit::{Fit, fit};
+    #[pymodule_export]
+    use super::generator::{Generator, gaits};
+    #[pymodule_export]
+    use super::joint_loop::JointLoop;
+    #[pymodule_export]
+    use super::recording::{Conditioned, Recording, read};
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("JOINTS", joint_units::Joint::ALL.map(joint_units::Joint::name))
+    }
+}

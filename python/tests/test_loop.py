@@ -1,0 +1,77 @@
+"""The control loop: arming, the hash of the setpoints, one tick and many ticks."""
+
+from pathlib import Path
+
+import numpy as np
+
+import footfall
+from conftest import Inputs, fnv_1a
+
+
+def test_the_loop_arms_walks_and_hashes(armed: Inputs) -> None:
+    codes, vrefint, button, faults = armed
+    loop = footfall.JointLoop()
+    assert loop.awaits_stop_test and loop.channels == 1
+    ticks = loop.run(codes, vrefint, button=button, fault_bits=faults)
+    assert ticks.state[0] == "disarmed" and ticks.state[-1] == "walking" and loop.state == "walking"
+    assert not loop.awaits_stop_test
+    # The first pulses are those of the park pose: 1500 us at the hips, 5 degrees at the knees.
+    first = int(np.argmax(ticks.pulses_us[:, 0] > 0))
+    assert ticks.pulses_us[first].tolist() == [1500, 1500, 1056, 1944]
+    moving = np.isin(ticks.state, ["arming", "walking", "stopping"])
+    np.testing.assert_array_equal(ticks.pulses_us[:, 0] > 0, moving)
+    # Half a turn of the servo, 636.62 us/rad, about 1500 us.
+    np.testing.assert_allclose(ticks.pulses_us[moving, 0], 1500 + 636.62 * ticks.setpoints_rad[moving, 0], atol=0.51)
+
+
+def test_the_hash_is_that_of_its_definition(armed: Inputs) -> None:
+    codes, vrefint, button, faults = armed
+    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults)
+    assert ticks.setpoint_hash.tolist() == fnv_1a(ticks)
+    other = footfall.JointLoop(footfall.Generator.default("thesis")).run(codes, vrefint, button=button, fault_bits=faults)
+    assert other.setpoint_hash[-1] != ticks.setpoint_hash[-1]
+
+
+def test_one_tick_at_a_time_is_the_same(armed: Inputs) -> None:
+    codes, vrefint, button, faults = (column[:1500] for column in armed)
+    many, one = footfall.JointLoop(), footfall.JointLoop()
+    ticks = many.run(codes, vrefint, button=button, fault_bits=faults)
+    for row in range(1500):
+        names = ["break_input"] if faults[row] else []
+        tick = one.tick(codes[row].tolist(), int(vrefint[row]), button=bool(button[row]), faults=names)
+        assert tick.setpoint_hash == ticks.setpoint_hash[row] and tick.state == ticks.state[row]
+    assert tick.setpoints_rad.tolist() == ticks.setpoints_rad[-1].tolist() and one.setpoint_hash == many.setpoint_hash
+
+
+def test_a_broken_wire_stops_the_walk(armed: Inputs) -> None:
+    codes, vrefint, button, faults = armed
+    codes = codes.copy()
+    codes[5000:] = 4095
+    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults)
+    assert ticks.state[4999] == "walking" and "stopping" in ticks.state[5000:] and ticks.state[-1] == "disarmed"
+    assert ticks.cause[-1].startswith("sensor_") and ticks.validity[5100, 0] not in ("good", "")
+
+
+def test_requests_and_missed_periods_are_taken(armed: Inputs) -> None:
+    codes, vrefint, button, faults = armed
+    elapsed = np.ones(len(codes), dtype=np.int64)
+    elapsed[3000] = 3
+    ticks = footfall.JointLoop().run(
+        codes, vrefint, button=button, fault_bits=faults, elapsed=elapsed, requests={5500: "1 stop"}
+    )
+    assert ticks.tick[3000] - ticks.tick[2999] == 3
+    assert ticks.state[5499] == "walking" and ticks.state[5500] == "stopping" and ticks.cause[5500] == "request"
+
+
+def test_sensors_and_robot_of_files(samples: Path, armed: Inputs) -> None:
+    pair = [("left_hip", samples / "sensor.toml"), ("left_knee", None)]
+    codes, vrefint, button, faults = armed
+    # 3.3 V: the least supply of this robot is above 2.7 V.
+    ticks = footfall.JointLoop(robot=samples / "robot.toml").run(codes, vrefint * 0 + 1502, button=button, fault_bits=faults)
+    assert ticks.state[-1] == "walking"
+    first = ticks.pulses_us[int(np.argmax(ticks.pulses_us[:, 0] > 0))]
+    assert first.tolist() != [1500, 1500, 1056, 1944] and (first > 500).all()
+    loop = footfall.JointLoop(footfall.Generator.read(samples / "follower.toml"), sensors=pair, min_supply_v=3.0)
+    assert loop.channels == 2
+    tick = loop.tick([2048, 2048], 1502)
+    assert tick.validity[2:] == ["", ""] and tick.validity[1] == "good" and tick.follow_status is not None

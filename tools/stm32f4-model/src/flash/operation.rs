@@ -1,0 +1,184 @@
+//! Erase and program operations of the flash: their duration, their effect on the memory, and what is left of one that was cut (RM0090 3.6).
+//!
+//! No manual says what a cut operation leaves. Here each bit that it was to change has changed with the probability of the time that has passed, by a seed. Cells
+//! that read differently each time are not modelled.
+
+/// Start address of the flash.
+const FLASH: u32 = 0x0800_0000;
+/// Duration of the program of one item, s (data sheet, table "flash memory programming", typical).
+const PROGRAM_S: f64 = 16e-6;
+/// Duration of the erase of a sector of 16, 64 and 128 KiB by PSIZE: by bytes, by half-words, by words, s (the same table, typical).
+const ERASE_S: [[f64; 3]; 3] = [[0.4, 0.3, 0.25], [1.2, 0.7, 0.55], [2.0, 1.3, 1.0]];
+
+/// Address and length in bytes of a sector, 0 to 11 (3.3, table 5).
+pub(crate) fn sector(number: u32) -> Option<(u32, u32)> {
+    const KIB: u32 = 1024;
+    match number {
+        0..=3 => Some((FLASH + 16 * KIB * number, 16 * KIB)),
+        4 => Some((FLASH + 64 * KIB, 64 * KIB)),
+        5..=11 => Some((FLASH + 128 * KIB * (number - 4), 128 * KIB)),
+        _ => None,
+    }
+}
+
+/// What an operation does to the memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FlashChange {
+    /// Bits become 1 in so many bytes.
+    Erase {
+        /// Number of bytes.
+        bytes: u32,
+    },
+    /// Bits that are 0 here become 0.
+    Program {
+        /// The item.
+        value: u32,
+        /// Its length in bytes: 1, 2 or 4.
+        bytes: u32,
+    },
+}
+
+/// An operation that has ended, or was cut by a reset or by the loss of power.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlashOperation {
+    /// Its first address.
+    pub address: u32,
+    /// What it does.
+    pub change: FlashChange,
+    /// The part of its time that has passed, 0 to 1; 1: it ended.
+    pub done: f64,
+}
+
+impl FlashOperation {
+    /// Number of bytes from [`FlashOperation::address`] on that it changes.
+    #[must_use]
+    pub fn bytes(&self) -> u32 {
+        match self.change {
+            FlashChange::Erase { bytes } | FlashChange::Program { bytes, .. } => bytes,
+        }
+    }
+
+    /// Applies it to the bytes from [`FlashOperation::address`] on. `seed` draws the bits that a cut operation has changed.
+    ///
+    /// ```
+    /// use stm32f4_model::{FlashChange, FlashOperation};
+    /// let mut bytes = [0xF0, 0x00];
+    /// let program = FlashOperation { address: 0x0800_4000, change: FlashChange::Program { value: 0x20, bytes: 1 }, done: 1.0 };
+    /// program.apply(&mut bytes, 7);
+    /// assert_eq!(bytes, [0x20, 0x00]); // only from 1 to 0
+    /// ```
+    pub fn apply(&self, bytes: &mut [u8], seed: u64) {
+        let mut random = seed;
+        for (n, byte) in bytes.iter_mut().enumerate().take(self.bytes() as usize) {
+            let after = match self.change {
+                FlashChange::Erase { .. } => 0xFF,
+                FlashChange::Program { value, .. } => *byte & value.to_le_bytes()[n],
+            };
+            let mut changed = *byte ^ after;
+            if self.done < 1.0 {
+                for bit in 0..8 {
+                    let drawn = splitmix(&mut random) as f64 / u64::MAX as f64;
+                    if drawn >= self.done {
+                        changed &= !(1 << bit);
+                    }
+                }
+            }
+            *byte ^= changed;
+        }
+    }
+}
+
+/// An operation that runs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RunningOperation {
+    pub(crate) address: u32,
+    pub(crate) change: FlashChange,
+    /// Time of its start and of its end, s.
+    pub(crate) from: f64,
+    pub(crate) until: f64,
+}
+
+impl RunningOperation {
+    /// The erase of a sector from a time on. `psize`: the width of its steps by FLASH_CR.PSIZE.
+    pub(crate) fn erase(number: u32, psize: u32, from: f64) -> Option<Self> {
+        let (address, bytes) = sector(number)?;
+        let row = match number {
+            0..=3 => 0,
+            4 => 1,
+            _ => 2,
+        };
+        // Double words need an external voltage; they are as fast as words here.
+        let seconds = ERASE_S[row][psize.min(2) as usize];
+        Some(RunningOperation { address, change: FlashChange::Erase { bytes }, from, until: from + seconds })
+    }
+
+    /// The program of an item from a time on.
+    pub(crate) fn program(address: u32, value: u32, bytes: u32, from: f64) -> Self {
+        RunningOperation { address, change: FlashChange::Program { value, bytes }, from, until: from + PROGRAM_S }
+    }
+
+    /// The operation as it is at a time.
+    pub(crate) fn at(&self, seconds: f64) -> FlashOperation {
+        let done = ((seconds - self.from) / (self.until - self.from)).clamp(0.0, 1.0);
+        FlashOperation { address: self.address, change: self.change, done }
+    }
+}
+
+/// The next number of the generator SplitMix64 (Steele, Lea, Flood 2014).
+fn splitmix(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sectors_cover_the_flash() {
+        // 3.3, table 5: 4 of 16, 1 of 64, 7 of 128 KiB.
+        let mut next = FLASH;
+        for number in 0..12 {
+            let (address, bytes) = sector(number).unwrap();
+            assert_eq!(address, next);
+            next += bytes;
+        }
+        assert_eq!((next, sector(12)), (FLASH + 0x10_0000, None));
+    }
+
+    #[test]
+    fn an_erase_sets_bits_and_a_program_clears_them() {
+        let mut bytes = [0x12, 0x34, 0x56, 0x78];
+        let erase = RunningOperation::erase(1, 2, 0.0).unwrap();
+        assert_eq!((erase.address, erase.until), (0x0800_4000, 0.25));
+        erase.at(0.25).apply(&mut bytes, 1);
+        assert_eq!(bytes, [0xFF; 4]);
+        let program = RunningOperation::program(0x0800_4000, 0xA5A5_F00F, 4, 0.0);
+        program.at(1.0).apply(&mut bytes, 1);
+        assert_eq!(u32::from_le_bytes(bytes), 0xA5A5_F00F);
+        RunningOperation::program(0x0800_4000, 0xFFFF_FF00, 4, 0.0).at(1.0).apply(&mut bytes, 1);
+        assert_eq!(u32::from_le_bytes(bytes), 0xA5A5_F000, "no bit becomes 1");
+    }
+
+    #[test]
+    fn a_cut_changes_part_of_the_bits_by_its_seed() {
+        let cut = |done, seed| {
+            let mut bytes = [0_u8; 1000];
+            let erase = FlashOperation { address: FLASH, change: FlashChange::Erase { bytes: 1000 }, done };
+            erase.apply(&mut bytes, seed);
+            bytes
+        };
+        let ones = |bytes: &[u8]| bytes.iter().map(|byte| byte.count_ones()).sum::<u32>();
+        assert_eq!(ones(&cut(0.0, 1)), 0);
+        assert!((1800..2200).contains(&ones(&cut(0.25, 1))));
+        assert!(cut(0.5, 1) == cut(0.5, 1) && cut(0.5, 1) != cut(0.5, 2));
+        // What a program leaves is between the old and the new item.
+        let mut bytes = [0xFF; 4];
+        RunningOperation::program(FLASH, 0x0000_FFFF, 4, 0.0).at(8e-6).apply(&mut bytes, 3);
+        let left = u32::from_le_bytes(bytes);
+        assert!(left & 0xFFFF == 0xFFFF && left != 0xFFFF_FFFF && left != 0x0000_FFFF);
+    }
+}

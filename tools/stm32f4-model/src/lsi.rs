@@ -1,0 +1,67 @@
+//! LSI: the internal low-speed oscillator (RM0090 7.2.5). It clocks the watchdog, and channel 4 of TIM5 can measure it (7.2.11).
+//!
+//! Its users keep times in its periods, not in seconds, so that a frequency that changes acts on what is under way.
+
+/// The oscillator: the periods since power-on as a function of the time.
+#[derive(Debug, Clone)]
+pub(crate) struct Lsi {
+    hz: f64,
+    /// Time of the last change of the frequency, s, and the periods until then.
+    changed_s: f64,
+    periods: f64,
+}
+
+impl Lsi {
+    /// An oscillator of this frequency, Hz; 0: it does not oscillate.
+    pub(crate) fn new(hz: f64) -> Self {
+        Lsi { hz: valid(hz), changed_s: 0.0, periods: 0.0 }
+    }
+
+    /// Changes the frequency from now on.
+    pub(crate) fn set(&mut self, hz: f64, seconds: f64) {
+        *self = Lsi { hz: valid(hz), changed_s: seconds, periods: self.periods(seconds) };
+    }
+
+    pub(crate) fn oscillates(&self) -> bool {
+        self.hz > 0.0
+    }
+
+    /// Periods until a time, s.
+    pub(crate) fn periods(&self, seconds: f64) -> f64 {
+        self.periods + (seconds - self.changed_s) * self.hz
+    }
+
+    /// Time at which so many periods are over, s; infinite if it does not oscillate.
+    pub(crate) fn time_of(&self, periods: f64) -> f64 {
+        if self.oscillates() { self.changed_s + (periods - self.periods) / self.hz } else { f64::INFINITY }
+    }
+}
+
+/// A frequency that is not finite, or negative, is 0.
+fn valid(hz: f64) -> f64 {
+    if hz.is_finite() { hz.max(0.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn periods_go_on_from_where_a_change_finds_them() {
+        let mut lsi = Lsi::new(32_000.0);
+        assert_eq!((lsi.periods(0.5), lsi.time_of(16_000.0)), (16_000.0, 0.5));
+        lsi.set(10_000.0, 0.5);
+        assert_eq!((lsi.periods(0.6), lsi.time_of(17_000.0)), (17_000.0, 0.6));
+        lsi.set(0.0, 0.6);
+        assert_eq!((lsi.periods(9.0), lsi.time_of(17_001.0), lsi.oscillates()), (17_000.0, f64::INFINITY, false));
+        lsi.set(100_000.0, 9.0);
+        assert!((lsi.periods(9.1) - 27_000.0).abs() < 1e-6 && lsi.oscillates());
+    }
+
+    #[test]
+    fn no_frequency_makes_an_infinite_count() {
+        for hz in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(!Lsi::new(hz).oscillates(), "{hz}");
+        }
+    }
+}
