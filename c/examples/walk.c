@@ -33,7 +33,7 @@ int main(void) {
     }
     FootfallFrame frame;
     for (int tick = 1; tick <= 6000; tick++) {
-        FootfallSample sample = {.vrefint = 1652, .elapsed = 1};
+        FootfallSample sample = {.vrefint = 1652, .elapsed = 1, .watchdog_measured = true, .watchdog_hz = 32000};
         // The sensor moves in a triangle, so that its code is that of a joint that moves.
         int place = tick % 1000;
         sample.codes[0] = (uint16_t)(1800 + (place < 500 ? place : 1000 - place));

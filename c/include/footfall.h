@@ -111,6 +111,12 @@ typedef struct {
   uint8_t elapsed;
   // Faults that the board found: bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs.
   uint8_t fault_bits;
+  // A new measurement of the clock of the board's watchdog, Hz; read where `watchdog_measured` is set. One must come before the first arming.
+  uint32_t watchdog_hz;
+  // Whether `watchdog_hz` is a new measurement.
+  bool watchdog_measured;
+  // Debugger: 0 absent, 1 attached, 2 or more: attached and refused.
+  uint8_t debugger;
   // The button is pressed.
   bool button;
   // The foot is on the floor.
@@ -139,8 +145,8 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-// Builds a gait by its name, such as `walk`, `natural-walk` or `human-walk`, at a factor `speed` on its own cadence, for a control period of `period_us`
-// microseconds. `error` may be null.
+// Builds a gait by its name, such as `walk`, `natural-walk` or `human-walk`, at a factor `speed` on its own cadence, for a control period of
+// `period_us` microseconds. `error` may be null.
 //
 // # Safety
 // `generator` is null or points to a generator, `name` is null or a text with a zero at its end, `error` is null or points to an error;
@@ -181,7 +187,8 @@ FootfallStatus footfall_generator_reset(FootfallGenerator *generator);
 // As `footfall_generator_step`; `motion` is null or points to a motion that nobody else uses during the call.
 FootfallStatus footfall_generator_motion(FootfallGenerator *generator, FootfallMotion *motion);
 
-// Sets the measured angle of the followed joint for the next step, rad, flexion positive; NaN if the sample is not valid. Other generators ignore it.
+// Sets the measured angle of the followed joint for the next step, rad, flexion positive; NaN if the sample is not valid. Other
+// generators ignore it.
 //
 // # Safety
 // As `footfall_generator_step`.

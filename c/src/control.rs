@@ -1,5 +1,7 @@
 //! The control loop of the boards, given samples from C.
 
+use joint_loop::Debugger;
+use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::store::{generator_record, robot_record, sensor_record};
 use joint_loop::{BoardFaults, RobotConfig, SENSORS, Sample};
@@ -61,6 +63,12 @@ pub struct FootfallSample {
     pub elapsed: u8,
     /// Faults that the board found: bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs.
     pub fault_bits: u8,
+    /// A new measurement of the clock of the board's watchdog, Hz; read where `watchdog_measured` is set. One must come before the first arming.
+    pub watchdog_hz: u32,
+    /// Whether `watchdog_hz` is a new measurement.
+    pub watchdog_measured: bool,
+    /// Debugger: 0 absent, 1 attached, 2 or more: attached and refused.
+    pub debugger: u8,
     /// The button is pressed.
     pub button: bool,
     /// The foot is on the floor.
@@ -178,6 +186,12 @@ pub unsafe extern "C" fn footfall_loop_tick(
         foot: sample.foot,
         late: sample.late,
         faults: BoardFaults::from_bits(sample.fault_bits),
+        watchdog_clock: sample.watchdog_measured.then_some(WatchdogHz(sample.watchdog_hz)),
+        debugger: match sample.debugger {
+            0 => Debugger::Absent,
+            1 => Debugger::Attached,
+            _ => Debugger::Refused,
+        },
         request: None,
     });
     let given = joints.frame();

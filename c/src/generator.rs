@@ -78,8 +78,8 @@ fn period(micros: u32) -> Result<Period, (FootfallStatus, &'static str)> {
     Period::from_micros(micros).ok_or((FootfallStatus::Period, "period_us: allowed is 1 to 100000 us"))
 }
 
-/// Builds a gait by its name, such as `walk`, `natural-walk` or `human-walk`, at a factor `speed` on its own cadence, for a control period of `period_us`
-/// microseconds. `error` may be null.
+/// Builds a gait by its name, such as `walk`, `natural-walk` or `human-walk`, at a factor `speed` on its own cadence, for a control period of
+/// `period_us` microseconds. `error` may be null.
 ///
 /// # Safety
 /// `generator` is null or points to a generator, `name` is null or a text with a zero at its end, `error` is null or points to an error;
@@ -132,8 +132,8 @@ pub unsafe extern "C" fn footfall_generator_record(
     };
     let config = match generator_record::read(record) {
         Ok(Some(stored)) => stored.config,
-        // SAFETY: as above.
         Ok(None) => {
+            // SAFETY: as above.
             return unsafe {
                 refuse(error, FootfallStatus::Record, "record is erased; allowed are the bytes of `footfall pack`")
             };
@@ -251,7 +251,8 @@ pub unsafe extern "C" fn footfall_generator_motion(
     FootfallStatus::Ok
 }
 
-/// Sets the measured angle of the followed joint for the next step, rad, flexion positive; NaN if the sample is not valid. Other generators ignore it.
+/// Sets the measured angle of the followed joint for the next step, rad, flexion positive; NaN if the sample is not valid. Other
+/// generators ignore it.
 ///
 /// # Safety
 /// As `footfall_generator_step`.

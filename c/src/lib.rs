@@ -7,7 +7,8 @@
 //! | [`error`] | status codes, and the text of an error |
 //! | [`slot`] | a value in memory of the caller |
 //!
-//! Nothing allocates. A caller owns every object as a plain variable; `footfall_..._build` functions fill it, all others refuse one that is not filled.
+//! Nothing allocates. A caller owns every object as a plain variable; `footfall_..._build` functions fill it, all others refuse
+//! one that is not filled.
 //! The four cores forbid unsafe code, so this crate is apart: each unsafe block states what the caller guarantees.
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn, clippy::undocumented_unsafe_blocks)]

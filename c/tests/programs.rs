@@ -5,6 +5,7 @@ use std::process::Command;
 
 use cpg_core::Generator;
 use cpg_core::gait::default_walk::default_walk;
+use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{Parameters, board_loop};
 use joint_loop::{BoardFaults, RobotConfig, SENSORS, Sample, SupervisorState};
 use joint_units::{AdcCode, Period, Volts};
@@ -69,8 +70,9 @@ fn loop_in_rust(code: impl Fn(u32) -> u16, sensor_required: bool) -> (u64, Super
         let mut codes = [AdcCode(0); SENSORS];
         codes[0] = AdcCode(code(tick));
         let faults = if (25..50).contains(&tick) { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
+        let watchdog_clock = Some(WatchdogHz(32_000));
         let button = tick > 100 && tick <= 700;
-        joints.tick(&Sample { codes, vrefint: AdcCode(1652), button, faults, ..Sample::default() });
+        joints.tick(&Sample { codes, vrefint: AdcCode(1652), button, faults, watchdog_clock, ..Sample::default() });
     }
     let frame = joints.frame();
     (frame.setpoint_hash, frame.state, frame.pulses.map(|pulse| pulse.0))

@@ -22,6 +22,8 @@ def main(capture: str) -> None:
         late=inputs.late[rows],
         fault_bits=inputs.fault_bits[rows],
         elapsed=inputs.elapsed[rows],
+        watchdog_hz={row: hertz for row, hertz in inputs.watchdog_hz.items() if row < len(rows)},
+        debugger=inputs.debugger[rows],
         requests={row: text for row, text in inputs.requests.items() if row < len(rows)},
     )
     print(f"tick {ticks.tick[-1]}, hash {ticks.setpoint_hash[-1]:016x}")

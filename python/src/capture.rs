@@ -56,6 +56,8 @@ impl Capture {
         let codes: Vec<u16> = ticks.iter().flat_map(|tick| (0..channels).map(|channel| code(tick, channel))).collect();
         let flag = |of: fn(&Tick) -> bool| arrays::column(py, ticks.iter().map(of).collect::<Vec<bool>>());
         let request = |(row, tick): (usize, &Tick)| tick.call.request.map(|request| (row, request.to_string()));
+        let measured = |(row, tick): (usize, &Tick)| tick.call.watchdog_hz.map(|hz| (row, hz));
+        let watchdog_hz: BTreeMap<usize, u32> = ticks.iter().enumerate().filter_map(measured).collect();
         let requests: BTreeMap<usize, String> = ticks.iter().enumerate().filter_map(request).collect();
         let fields = (
             arrays::column(py, ticks.iter().map(|tick| tick.boot).collect()),
@@ -67,12 +69,15 @@ impl Capture {
             flag(|tick| tick.call.flags.foot()),
             flag(|tick| tick.call.flags.late()),
             arrays::column(py, ticks.iter().map(|tick| tick.call.flags.faults().bits()).collect()),
+            watchdog_hz,
+            arrays::column(py, ticks.iter().map(|tick| tick.call.flags.debugger() as u8).collect()),
             requests,
         );
         arrays::result(py, "Inputs", fields)
     }
 
-    /// The outputs of every tick, as ``Outputs``: ``known`` of shape (n,), setpoints in deg (float32, NaN where not known) and pulses in us, shape (n, 4).
+    /// The outputs of every tick, as ``Outputs``: ``known`` of shape (n,), setpoints in deg (float32, NaN where not known) and pulses in us, both of
+    /// shape (n, 4).
     fn outputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let of = |tick: &Tick| tick.output.as_ref().map_or([f32::NAN; Joint::COUNT], |output| output.setpoints_deg);
         let setpoints: Vec<f32> = self.ticks.iter().flat_map(of).collect();

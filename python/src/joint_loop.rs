@@ -3,6 +3,8 @@
 use footfall::board::default_loop::{Parameters, TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL};
 use footfall::options::sensors::SensorArgument;
 use hgod_adc::Validity;
+use joint_loop::Debugger;
+use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{BoardLoop, board_loop};
 use joint_loop::tuning::Request;
 use joint_loop::{BoardFaults, Cause, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
@@ -12,8 +14,12 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::generator::{self, Generator};
-use crate::{arguments, arrays, error};
+use crate::generator::Generator;
+use crate::{arguments, arrays, error, tracking};
+
+/// Whether a debugger is attached, in the order of the numbers of ``run``.
+const DEBUGGERS: [(&str, Debugger); 3] =
+    [("absent", Debugger::Absent), ("attached", Debugger::Attached), ("refused", Debugger::Refused)];
 
 /// Names of the faults that a board reports.
 const FAULTS: [(&str, BoardFaults); 5] = [
@@ -74,7 +80,8 @@ impl Frames {
 
 /// The control loop of a board, bit for bit: samples in, setpoints (rad) and servo pulses (us) out, one tick a millisecond.
 ///
-/// After the boot the emergency stop has to be tested (``faults=['break_input']`` for some ticks, then none), then a hold of the button of 0.5 s
+/// The clock of the watchdog has to be measured (``watchdog_hz=32000``). After the boot the emergency stop has to be tested
+/// (``faults=['break_input']`` for some ticks, then none), then a hold of the button of 0.5 s
 /// arms. ``generator``: the default walk if it is not given. ``sensors``: list of pairs of a joint and its sensor file, or ``None`` for the
 /// published curve, in the order of the channels. ``robot``: a robot file. ``vrefint_cal``: factory code of the chip's reference.
 /// ``min_supply_v``: V. ``sensor_required``: move only while the sensors are good.
@@ -112,6 +119,11 @@ fn codes(values: impl ExactSizeIterator<Item = i64>) -> PyResult<[AdcCode; SENSO
     Ok(found)
 }
 
+/// A measurement of the clock of the watchdog.
+fn hertz(value: i64) -> PyResult<WatchdogHz> {
+    Ok(WatchdogHz(arguments::whole("watchdog_hz", value, 0, u32::MAX.into())? as u32))
+}
+
 fn faults(names: &[String]) -> PyResult<BoardFaults> {
     names.iter().try_fold(BoardFaults::NONE, |all, name| {
         let found = arguments::one_of("faults", name, FAULTS, |(name, _)| name)?;
@@ -121,7 +133,7 @@ fn faults(names: &[String]) -> PyResult<BoardFaults> {
 
 /// One frame as a `Tick` of the Python part.
 fn frame<'py>(py: Python<'py>, frame: &Frame<SENSORS>) -> PyResult<Bound<'py, PyAny>> {
-    let following = frame.following.as_ref().map(|status| generator::status(py, status)).transpose()?;
+    let following = frame.following.as_ref().map(|status| tracking::status(py, status)).transpose()?;
     let counters = (frame.seq, frame.late, frame.missed, frame.overruns, frame.limited_ticks);
     let fields = (
         frame.tick,
@@ -156,7 +168,8 @@ fn wrong_length(name: &str, found: usize, rows: usize) -> PyErr {
 #[pymethods]
 impl JointLoop {
     #[new]
-    #[pyo3(signature = (generator = None, *, sensors = None, robot = None, vrefint_cal = TYPICAL_VREFINT_CAL.0, min_supply_v = None, sensor_required = true))]
+    #[pyo3(signature = (generator = None, *, sensors = None, robot = None, vrefint_cal = TYPICAL_VREFINT_CAL.0,
+        min_supply_v = None, sensor_required = true))]
     fn build(
         generator: Option<PyRef<'_, Generator>>,
         sensors: Option<Vec<(String, Option<PathBuf>)>>,
@@ -191,9 +204,12 @@ impl JointLoop {
     ///
     /// ``codes``: raw code of each sensor channel, 0 to 4095. ``vrefint``: raw code of the chip's reference. ``button``, ``foot``: levels of the
     /// switches. ``late``: the tick began too late. ``faults``: names of faults that the board found: ``adc_overrun``, ``break_input``,
-    /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``request``: of a host, such as
-    /// ``1 set speed 1.2``.
-    #[pyo3(signature = (codes, vrefint, *, button = false, foot = false, late = false, faults = vec![], elapsed = 1, request = None))]
+    /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``watchdog_hz``: a new
+    /// measurement of the
+    /// clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: ``absent``, ``attached`` or ``refused``. ``request``: of a
+    /// host, such as ``1 set speed 1.2``.
+    #[pyo3(signature = (codes, vrefint, *, button = false, foot = false, late = false, faults = vec![], elapsed = 1, watchdog_hz = None,
+        debugger = "absent", request = None))]
     #[allow(clippy::too_many_arguments)] // They are keywords in Python.
     fn tick<'py>(
         &mut self,
@@ -205,6 +221,8 @@ impl JointLoop {
         late: bool,
         faults: Vec<String>,
         elapsed: i64,
+        watchdog_hz: Option<i64>,
+        debugger: &str,
         request: Option<&str>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let sample = Sample {
@@ -215,6 +233,8 @@ impl JointLoop {
             foot,
             late,
             faults: self::faults(&faults)?,
+            watchdog_clock: watchdog_hz.map(hertz).transpose()?,
+            debugger: arguments::one_of("debugger", debugger, DEBUGGERS, |(name, _)| name)?.1,
             request: request.map(|text| Self::request(0, text)).transpose()?,
         };
         self.joints.tick(&sample);
@@ -223,10 +243,13 @@ impl JointLoop {
 
     /// Takes one sample a row and returns ``Ticks``: columns of shape (n,) or (n, 4), setpoints in rad, pulses in us.
     ///
-    /// ``codes``: shape (n, channels). ``vrefint``: shape (n,). ``button``, ``foot``, ``late``: booleans, shape (n,). ``fault_bits``: shape (n,), bit 0
-    /// overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,). ``requests``: a
-    /// dictionary from a row to the request of a host.
-    #[pyo3(signature = (codes, vrefint, *, button = None, foot = None, late = None, fault_bits = None, elapsed = None, requests = None))]
+    /// ``codes``: shape (n, channels). ``vrefint``: shape (n,). ``button``, ``foot``, ``late``: booleans, shape (n,). ``fault_bits``: shape (n,),
+    /// bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,).
+    /// ``watchdog_hz``: a
+    /// dictionary from a row to a measurement of the clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: 0 absent,
+    /// 1 attached, 2 refused, shape (n,). ``requests``: a dictionary from a row to the request of a host.
+    #[pyo3(signature = (codes, vrefint, *, button = None, foot = None, late = None, fault_bits = None, elapsed = None, watchdog_hz = None,
+        debugger = None, requests = None))]
     #[allow(clippy::too_many_arguments)] // They are keywords in Python.
     fn run<'py>(
         &mut self,
@@ -238,6 +261,8 @@ impl JointLoop {
         late: Flags<'py>,
         fault_bits: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
         elapsed: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
+        watchdog_hz: Option<BTreeMap<usize, i64>>,
+        debugger: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
         requests: Option<BTreeMap<usize, String>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (codes, vrefint) = (codes.as_array(), vrefint.as_array());
@@ -262,7 +287,8 @@ impl JointLoop {
         let late = flags("late", &late, rows)?;
         let faults = whole("fault_bits", fault_bits, 0, 0, BoardFaults::CARRIED.into())?;
         let elapsed = whole("elapsed", elapsed, 1, 1, MAX_ELAPSED.into())?;
-        let requests = requests.unwrap_or_default();
+        let debugger = whole("debugger", debugger, 0, 0, DEBUGGERS.len() as i64 - 1)?;
+        let (requests, watchdog_hz) = (requests.unwrap_or_default(), watchdog_hz.unwrap_or_default());
         let mut samples = Vec::with_capacity(rows);
         for (row, channels) in codes.rows().into_iter().enumerate() {
             samples.push(Sample {
@@ -273,6 +299,8 @@ impl JointLoop {
                 foot: foot[row],
                 late: late[row],
                 faults: BoardFaults::from_bits(faults[row] as u8),
+                watchdog_clock: watchdog_hz.get(&row).copied().map(hertz).transpose()?,
+                debugger: DEBUGGERS[debugger[row] as usize].1,
                 request: requests.get(&row).map(|text| Self::request(row, text)).transpose()?,
             });
         }

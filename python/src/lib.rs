@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`generator`] | `Generator`: generators of files, gaits by name, followers |
 //! | [`stepped`] | generators of four, six and eight joints behind one trait |
+//! | [`tracking`] | the status of a follower |
 //! | [`recording`] | `read`, `Recording`, `Conditioned`: recordings of gait |
 //! | [`fit`] | `fit`, `Fit` |
 //! | [`certificate`] | `certify`, `Certificate` |
@@ -23,6 +24,7 @@ mod generator;
 mod joint_loop;
 mod recording;
 mod stepped;
+mod tracking;
 
 use pyo3::prelude::*;
 

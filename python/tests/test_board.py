@@ -48,6 +48,8 @@ def test_a_loop_in_python_has_the_hash_of_the_board(run: Run) -> None:
         late=inputs.late,
         fault_bits=inputs.fault_bits,
         elapsed=inputs.elapsed,
+        watchdog_hz=inputs.watchdog_hz,
+        debugger=inputs.debugger,
         requests=inputs.requests,
     )
     np.testing.assert_array_equal(ticks.tick, inputs.tick)
@@ -59,7 +61,7 @@ def test_a_loop_in_python_has_the_hash_of_the_board(run: Run) -> None:
 def test_setpoints_and_pulses_are_those_of_the_recording(run: Run) -> None:
     recorded = footfall.read_capture(run[0])
     inputs, outputs = recorded.inputs(), recorded.outputs()
-    ticks = recorded.joint_loop().run(inputs.codes, inputs.vrefint, button=inputs.button, fault_bits=inputs.fault_bits)
+    ticks = recorded.joint_loop().run(inputs.codes, inputs.vrefint, button=inputs.button, fault_bits=inputs.fault_bits, watchdog_hz=inputs.watchdog_hz)
     assert outputs.known.all() and outputs.setpoints_deg.shape == (len(recorded), 4)
     in_degrees = ticks.setpoints_rad * np.float32(180.0 / np.float32(np.pi))
     np.testing.assert_array_equal(in_degrees, outputs.setpoints_deg)
@@ -79,7 +81,7 @@ def test_another_input_gives_another_hash(run: Run) -> None:
     press[4000:4100] = True
     loops = [recorded.joint_loop(), recorded.joint_loop()]
     for loop, button in zip(loops, (inputs.button, press)):
-        loop.run(inputs.codes, inputs.vrefint, button=button, fault_bits=inputs.fault_bits)
+        loop.run(inputs.codes, inputs.vrefint, button=button, fault_bits=inputs.fault_bits, watchdog_hz=inputs.watchdog_hz)
     assert loops[0].setpoint_hash != loops[1].setpoint_hash
 
 

@@ -12,7 +12,7 @@ def test_the_loop_arms_walks_and_hashes(armed: Inputs) -> None:
     codes, vrefint, button, faults = armed
     loop = footfall.JointLoop()
     assert loop.awaits_stop_test and loop.channels == 1
-    ticks = loop.run(codes, vrefint, button=button, fault_bits=faults)
+    ticks = loop.run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     assert ticks.state[0] == "disarmed" and ticks.state[-1] == "walking" and loop.state == "walking"
     assert not loop.awaits_stop_test
     # The first pulses are those of the park pose: 1500 us at the hips, 5 degrees at the knees.
@@ -26,19 +26,19 @@ def test_the_loop_arms_walks_and_hashes(armed: Inputs) -> None:
 
 def test_the_hash_is_that_of_its_definition(armed: Inputs) -> None:
     codes, vrefint, button, faults = armed
-    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults)
+    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     assert ticks.setpoint_hash.tolist() == fnv_1a(ticks)
-    other = footfall.JointLoop(footfall.Generator.default("thesis")).run(codes, vrefint, button=button, fault_bits=faults)
+    other = footfall.JointLoop(footfall.Generator.default("thesis")).run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     assert other.setpoint_hash[-1] != ticks.setpoint_hash[-1]
 
 
 def test_one_tick_at_a_time_is_the_same(armed: Inputs) -> None:
     codes, vrefint, button, faults = (column[:1500] for column in armed)
     many, one = footfall.JointLoop(), footfall.JointLoop()
-    ticks = many.run(codes, vrefint, button=button, fault_bits=faults)
+    ticks = many.run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     for row in range(1500):
         names = ["break_input"] if faults[row] else []
-        tick = one.tick(codes[row].tolist(), int(vrefint[row]), button=bool(button[row]), faults=names)
+        tick = one.tick(codes[row].tolist(), int(vrefint[row]), button=bool(button[row]), faults=names, watchdog_hz=None if row else 32_000)
         assert tick.setpoint_hash == ticks.setpoint_hash[row] and tick.state == ticks.state[row]
     assert tick.setpoints_rad.tolist() == ticks.setpoints_rad[-1].tolist() and one.setpoint_hash == many.setpoint_hash
 
@@ -47,7 +47,7 @@ def test_a_broken_wire_stops_the_walk(armed: Inputs) -> None:
     codes, vrefint, button, faults = armed
     codes = codes.copy()
     codes[5000:] = 4095
-    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults)
+    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     assert ticks.state[4999] == "walking" and "stopping" in ticks.state[5000:] and ticks.state[-1] == "disarmed"
     assert ticks.cause[-1].startswith("sensor_") and ticks.validity[5100, 0] not in ("good", "")
 
@@ -57,7 +57,7 @@ def test_requests_and_missed_periods_are_taken(armed: Inputs) -> None:
     elapsed = np.ones(len(codes), dtype=np.int64)
     elapsed[3000] = 3
     ticks = footfall.JointLoop().run(
-        codes, vrefint, button=button, fault_bits=faults, elapsed=elapsed, requests={5500: "1 stop"}
+        codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000}, elapsed=elapsed, requests={5500: "1 stop"}
     )
     assert ticks.tick[3000] - ticks.tick[2999] == 3
     assert ticks.state[5499] == "walking" and ticks.state[5500] == "stopping" and ticks.cause[5500] == "request"
@@ -67,7 +67,7 @@ def test_sensors_and_robot_of_files(samples: Path, armed: Inputs) -> None:
     pair = [("left_hip", samples / "sensor.toml"), ("left_knee", None)]
     codes, vrefint, button, faults = armed
     # 3.3 V: the least supply of this robot is above 2.7 V.
-    ticks = footfall.JointLoop(robot=samples / "robot.toml").run(codes, vrefint * 0 + 1502, button=button, fault_bits=faults)
+    ticks = footfall.JointLoop(robot=samples / "robot.toml").run(codes, vrefint * 0 + 1502, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     assert ticks.state[-1] == "walking"
     first = ticks.pulses_us[int(np.argmax(ticks.pulses_us[:, 0] > 0))]
     assert first.tolist() != [1500, 1500, 1056, 1944] and (first > 500).all()

@@ -12,6 +12,10 @@ pub const MAX_BYTES: usize = 357;
 /// A record: its kind, one byte, then its fields in the order of their declaration. The order of the kinds is part of the version,
 /// so a further kind is a new version: a host must know every one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one record at a time exists, and without an allocator nothing can be boxed"
+)]
 pub enum Record {
     /// The board, its image and its parameters, after a reset. Kind 0 in every version.
     Boot(Boot),

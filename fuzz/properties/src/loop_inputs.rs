@@ -1,5 +1,5 @@
-//! The loop of a board with any inputs: outputs only in the moving states, every pulse inside its servo's, every setpoint of a walk inside the robot's
-//! limits, a trim slow, and the same inputs give the same bits.
+//! The loop of a board with any inputs: outputs only in the moving states, every pulse inside its servo's, every setpoint of a walk inside the
+//! robot's limits, a trim slow, and the same inputs give the same bits.
 //!
 //! The bytes are read as commands: gestures that a person needs many ticks for, and single ticks with any codes, faults and requests. So a
 //! fuzzer reaches the walk, which random ticks do not.
@@ -41,6 +41,7 @@ impl Run {
             limits: MotionLimits::new(robot.gate, Period::MILLISECOND),
             robot,
             ticks: 0,
+            trimmed: None,
         }
     }
 

@@ -4,17 +4,19 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+#[cfg(feature = "program")]
+use fuzz_properties::PROGRAM_TARGETS;
 use fuzz_properties::{TARGETS, Target};
+
+#[cfg(not(feature = "program"))]
+const PROGRAM_TARGETS: [Target; 0] = [];
 
 fn fuzz() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the folder above").to_owned()
 }
 
 fn all() -> Vec<Target> {
-    let mut all = TARGETS.to_vec();
-    #[cfg(feature = "program")]
-    all.extend(fuzz_properties::PROGRAM_TARGETS);
-    all
+    [&TARGETS[..], &PROGRAM_TARGETS[..]].concat()
 }
 
 fn names(folder: &Path) -> BTreeSet<String> {

@@ -172,6 +172,8 @@ class JointLoop:
         late: bool = False,
         faults: Sequence[str] = ...,
         elapsed: int = 1,
+        watchdog_hz: Optional[int] = None,
+        debugger: str = "absent",
         request: Optional[str] = None,
     ) -> Tick: ...
     def run(
@@ -184,6 +186,8 @@ class JointLoop:
         late: Optional[npt.ArrayLike] = None,
         fault_bits: Optional[npt.ArrayLike] = None,
         elapsed: Optional[npt.ArrayLike] = None,
+        watchdog_hz: Optional[Mapping[int, int]] = None,
+        debugger: Optional[npt.ArrayLike] = None,
         requests: Optional[Mapping[int, str]] = None,
     ) -> Ticks: ...
     @property

@@ -187,6 +187,10 @@ class Inputs(NamedTuple):
     """The tick began too late; shape (n,)."""
     fault_bits: npt.NDArray[np.uint8]
     """Faults of the board as bits, see ``JointLoop.run``; shape (n,)."""
+    watchdog_hz: Dict[int, int]
+    """Measurements of the clock of the watchdog: row and Hz."""
+    debugger: npt.NDArray[np.uint8]
+    """Debugger: 0 absent, 1 attached, 2 refused; shape (n,)."""
     requests: Dict[int, str]
     """Requests of a host: row and text."""
 

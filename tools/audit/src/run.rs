@@ -49,7 +49,9 @@ mod tests {
 
     #[test]
     fn a_run_without_its_end_is_refused() {
-        let end = r#"{"type":"end","ticks":9,"late_ticks":1,"missed_ticks":2,"cost":{"longest_cycles":3,"stack_used":4,"stack_size":5,"truncated":6,"dropped":0}}"#;
+        let end = r#"{"type":"end","ticks":9,"late_ticks":1,"missed_ticks":2,
+            "cost":{"longest_cycles":3,"stack_used":4,"stack_size":5,"truncated":6,"dropped":0}}"#
+            .replace('\n', "");
         let run = Run::parse(&format!("{{\"type\":\"boot\"}}\n{end}\n")).unwrap();
         assert_eq!((run.ticks, run.cost.longest_cycles, run.cost.truncated), (9, 3, 6));
         assert!(Run::parse("{\"type\":\"boot\"}\n").is_err());

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 
 /// Unsafe blocks, functions and implementations in a source file, those in the arguments of macros included.
@@ -38,13 +39,18 @@ impl<'a> Visit<'a> for Count {
 
     fn visit_macro(&mut self, call: &'a syn::Macro) {
         // What a macro makes of its arguments is not parsed; the word in them counts.
-        self.0 += call
-            .tokens
-            .to_string()
-            .split(|c: char| !c.is_alphanumeric() && c != '_')
-            .filter(|w| *w == "unsafe")
-            .count() as u64;
+        self.0 += words(call.tokens.clone());
     }
+}
+
+/// How often the word stands in tokens, not in texts.
+fn words(tokens: TokenStream) -> u64 {
+    let count = |token| match token {
+        TokenTree::Group(group) => words(group.stream()),
+        TokenTree::Ident(word) => u64::from(word == "unsafe"),
+        TokenTree::Punct(_) | TokenTree::Literal(_) => 0,
+    };
+    tokens.into_iter().map(count).sum()
 }
 
 /// The count of each crate of the workspace in this folder, by its name without the folders before it.
@@ -94,7 +100,7 @@ mod tests {
     #[test]
     fn blocks_functions_implementations_and_macros_count() {
         let text = "// unsafe in a comment\nfn a() { let _ = \"unsafe\"; unsafe { unsafe { b() } } }\nunsafe fn b() {}\n\
-                    unsafe impl Sync for A {}\nm! { unsafe { c() } }";
+                    unsafe impl Sync for A {}\nm! { unsafe { c() }, \"unsafe\" }";
         assert_eq!(in_text(text).unwrap(), 5);
         assert_eq!(in_text("fn a() {}").unwrap(), 0);
         assert!(in_text("fn {").is_err());

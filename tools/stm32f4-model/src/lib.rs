@@ -42,7 +42,7 @@ mod usart;
 pub use adc::{AdcChannel, Conversion};
 pub use bus::Width;
 pub use config::SocConfig;
-pub use flash::{FlashChange, FlashOperation};
+pub use flash::{FlashChange, FlashOperation, flash_sector_at};
 pub use lint::{Lint, LintKind};
 pub use pin::{PORTS, Pin, UnknownPin};
 pub use plant::{DmaMemory, NoMemory, Plant};

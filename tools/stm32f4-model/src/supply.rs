@@ -12,6 +12,7 @@ const RESET_HYSTERESIS_V: [f64; 4] = [0.09, 0.09, 0.10, 0.04];
 /// From the return of the supply to the end of the reset, s.
 const TEMPORISATION_S: f64 = 1.5e-3;
 /// Rising thresholds of the voltage detector by PWR_CR.PLS, V.
+#[expect(clippy::approx_constant, reason = "3.14 V is a threshold")]
 const DETECTOR_V: [f64; 8] = [2.14, 2.30, 2.45, 2.60, 2.76, 2.93, 3.03, 3.14];
 /// Hysteresis of the voltage detector, V.
 const DETECTOR_HYSTERESIS_V: f64 = 0.1;

@@ -164,7 +164,7 @@ impl BoardModel {
     /// `injection_s`: time of the next fault to inject, s.
     #[must_use]
     pub(crate) fn is_quiet(&self, injection_s: f64) -> bool {
-        let asleep = !self.nvic.has_pending() && !self.event && !self.soc.clock_stopped();
+        let asleep = !self.nvic.has_pending() && !self.event && !self.soc.clock_stopped() && !self.soc.core_waits();
         let silent = self.reset.is_none() && self.reached.is_none() && !self.plant.pulses.has_news();
         asleep && silent && !self.stop_is_due() && self.seconds() < injection_s
     }

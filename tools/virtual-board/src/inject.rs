@@ -19,12 +19,13 @@
 use std::str::FromStr;
 
 use anyhow::{Context as _, Result};
-use stm32f4_model::{Pin, ResetCause};
+use stm32f4_model::Pin;
 
 use crate::cpu::{Cpu, Reg, XPSR_IT};
 use crate::loader::ProgramImage;
 use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
+use crate::script::Inject;
 
 /// `b .`
 pub(crate) const BRANCH_TO_SELF: u16 = 0xE7FE;
@@ -151,7 +152,7 @@ pub(crate) fn panic_in(image: &ProgramImage) -> Result<(&'static str, InjectionK
 }
 
 /// Kind of an injected fault.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum InjectionKind {
     /// The function at the address never returns.
     Hang(u32),
@@ -183,27 +184,48 @@ pub(crate) enum InjectionKind {
     Level(Pin, bool),
     /// An instruction takes so many cycles.
     Slow(f64),
-    /// An exception or interrupt with this number is enabled and pending, though nothing has requested it.
-    Exception(u8),
-    /// The chip is reset.
-    Reset(ResetCause),
-    /// A half-word of the flash reads as this from now on.
-    Flash { address: u32, half: u16 },
+    /// Something else, by its word in a script.
+    Other(Inject),
 }
 
 impl InjectionKind {
+    /// The kind of what a script or a campaign injects.
+    ///
+    /// # Errors
+    /// The image lacks a function that it names.
+    pub(crate) fn of(inject: &Inject, image: &ProgramImage) -> Result<Self> {
+        Ok(match inject {
+            Inject::Hang(symbol) => InjectionKind::Hang(image.find_function(symbol)?),
+            Inject::Undefined(symbol) => InjectionKind::Fault(image.find_function(symbol)?),
+            Inject::Panic => panic_in(image)?.1,
+            Inject::Crystal => InjectionKind::Crystal,
+            Inject::Overrun => InjectionKind::Overrun,
+            Inject::Transfer => InjectionKind::Transfer,
+            Inject::Trigger => InjectionKind::Trigger,
+            Inject::Flip { address, mask } => InjectionKind::Flip { address: *address, mask: *mask },
+            Inject::Supply(volts) => InjectionKind::Supply(*volts),
+            Inject::Volts { pin, volts } => InjectionKind::Volts(pin.0, *volts),
+            Inject::Level { pin, high } => InjectionKind::Level(pin.0, *high),
+            Inject::Slow(cpi) => InjectionKind::Slow(*cpi),
+            Inject::Halt => InjectionKind::Halt,
+            Inject::Lsi(hz) => InjectionKind::LowSpeedClock(*hz),
+            other => InjectionKind::Other(other.clone()),
+        })
+    }
+
     /// Whether it may end a pulse early. What the program does by itself, it does at the end of a pulse.
     #[must_use]
-    pub(crate) const fn can_cut_a_pulse(self) -> bool {
-        !matches!(
-            self,
-            Self::Hang(_) | Self::Fault(_) | Self::Panic(..) | Self::Overrun | Self::Transfer | Self::Trigger
-        )
+    pub(crate) const fn can_cut_a_pulse(&self) -> bool {
+        match self {
+            Self::Hang(_) | Self::Fault(_) | Self::Panic(..) | Self::Overrun | Self::Transfer | Self::Trigger => false,
+            Self::Other(inject) => inject.can_cut_a_pulse(),
+            _ => true,
+        }
     }
 
     /// Name in the output.
     #[must_use]
-    pub(crate) const fn name(self) -> &'static str {
+    pub(crate) const fn name(&self) -> &'static str {
         match self {
             InjectionKind::Hang(_) => "hang",
             InjectionKind::Fault(_) => "fault",
@@ -220,9 +242,7 @@ impl InjectionKind {
             InjectionKind::Volts(..) => "volts",
             InjectionKind::Level(..) => "level",
             InjectionKind::Slow(_) => "slow",
-            InjectionKind::Exception(_) => "exception",
-            InjectionKind::Reset(_) => "reset",
-            InjectionKind::Flash { .. } => "flash",
+            InjectionKind::Other(inject) => inject.name(),
         }
     }
 }
@@ -247,6 +267,10 @@ pub(crate) struct Injection {
     pub(crate) at: f64,
     /// The half-word of flash that the injection replaced.
     pub(crate) replaced: Option<u16>,
+    /// Phase of the servo frame at which it is injected, us.
+    pub(crate) phase_us: Option<f64>,
+    /// How long it lasts, s; `None`: it does not end.
+    lasts: Option<f64>,
     injected: Option<Moment>,
     effect: Option<Moment>,
     disarmed: Option<Moment>,
@@ -266,6 +290,8 @@ impl Injection {
             symbol,
             at,
             replaced: None,
+            phase_us: None,
+            lasts: None,
             injected: nothing,
             effect: nothing,
             disarmed: nothing,
@@ -274,6 +300,40 @@ impl Injection {
             reset: nothing,
             closed: false,
         }
+    }
+
+    /// The same, which ends after so long, s.
+    #[must_use]
+    pub(crate) fn lasting(self, seconds: Option<f64>) -> Self {
+        Injection { lasts: seconds, ..self }
+    }
+
+    /// The same, at a phase of the servo frame, us.
+    #[must_use]
+    pub(crate) fn in_phase(self, phase_us: Option<f64>) -> Self {
+        Injection { phase_us, ..self }
+    }
+
+    /// The same, later by so much, s.
+    #[must_use]
+    pub(crate) fn later(self, seconds: f64) -> Self {
+        let at = self.at + seconds;
+        Injection { at, ..self }
+    }
+
+    /// Time at which something has to be done for it: the injection, or its end, s; `None`: nothing is left to do.
+    #[must_use]
+    pub(crate) const fn due(&self) -> Option<f64> {
+        match (self.injected, self.lasts) {
+            (None, _) => Some(self.at),
+            (Some(injected), Some(lasts)) => Some(injected.seconds + lasts),
+            (Some(_), None) => None,
+        }
+    }
+
+    /// Records its end.
+    pub(crate) const fn note_end(&mut self) {
+        self.lasts = None;
     }
 
     /// True until the injection.

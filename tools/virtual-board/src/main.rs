@@ -18,18 +18,22 @@ mod inject;
 mod judge;
 mod loader;
 mod nvic;
+mod pin_name;
 mod plant;
 mod pulses;
+mod random;
 mod recorder;
 mod report;
 mod rtt;
 mod run;
+mod script;
 mod scs;
 mod semihosting;
 mod serial;
 mod servos;
 mod systick;
 mod unicorn;
+mod waveform;
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, stdout};
@@ -50,7 +54,8 @@ use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
-use crate::run::{BoardRun, Plan, RunOptions};
+use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
+use crate::script::Script;
 use crate::serial::SerialPort;
 use crate::servos::Servos;
 
@@ -119,6 +124,12 @@ struct Cli {
     /// Write a word to a register at a time, s, for example 0x40010020=0@3
     #[arg(long, value_name = "ADDRESS=VALUE@T")]
     register: Vec<RegisterAt>,
+    /// Events of a script of faults: a TOML file, docs/virtual-board.md
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    /// At the end, write the sector of the flash at an address to a file, for example 0x08004000=sector.bin; --flash puts it in again
+    #[arg(long, value_name = "ADDRESS=FILE", value_parser = parse_download)]
+    save_flash: Vec<FlashDownload>,
     /// The option bytes have the brown-out reset off, as in a chip as delivered
     #[arg(long)]
     no_brown_out_reset: bool,
@@ -126,7 +137,7 @@ struct Cli {
     #[arg(long)]
     hse_dead: bool,
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "record_conversions", "record_edges"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "script", "save_flash", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
     /// The run of the campaign: its name in the file
     #[arg(long, value_name = "NAME", requires = "campaign")]
@@ -221,13 +232,6 @@ enum OmittedPart {
     StaleFlags,
 }
 
-/// A file and the flash address for its bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct FlashDownload {
-    addr: u32,
-    file: PathBuf,
-}
-
 fn parse_download(text: &str) -> Result<FlashDownload, String> {
     let expected =
         || format!("`{text}` is not ADDRESS=FILE with a hexadecimal address, for example 0x08004000=generator.bin");
@@ -320,7 +324,7 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     }
     if !cli.panic.is_empty() {
         let (name, kind) = inject::panic_in(image).context("--panic")?;
-        all.extend(cli.panic.iter().map(|&at| Injection::new(kind, name.into(), at)));
+        all.extend(cli.panic.iter().map(|&at| Injection::new(kind.clone(), name.into(), at)));
     }
     all.extend(cli.hse_fail.iter().map(|&at| Injection::new(InjectionKind::Crystal, "HSE".into(), at)));
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
@@ -407,6 +411,7 @@ fn run(cli: &Cli) -> Result<u8> {
         None => None,
     };
     let injections = collect_injections(cli, &image)?;
+    let script = cli.script.as_deref().map(Script::read).transpose()?;
     let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
     cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
@@ -433,6 +438,10 @@ fn run(cli: &Cli) -> Result<u8> {
     let mut run =
         BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?;
     run.servos = servos;
+    if let Some(script) = &script {
+        run.follow(script)?;
+    }
+    run.save_flash(&cli.save_flash)?;
     run.run()
 }
 
@@ -486,6 +495,8 @@ mod tests {
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
             (&["fw.elf", "--register", "0x40010020=1"], "ADDRESS=VALUE@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
+            (&["fw.elf", "--save-flash", "x=a.bin"], "ADDRESS=FILE"),
+            (&["fw.elf", "--campaign", "a.toml", "--script", "b.toml"], "cannot be used with"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),

@@ -10,6 +10,7 @@ use stm32f4_model::{AdcChannel, Pin, Plant};
 
 use crate::campaign::Press;
 use crate::pulses::Pulses;
+use crate::waveform::Waveform;
 
 /// The user button: high while pressed.
 pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
@@ -239,6 +240,8 @@ pub(crate) struct BoardPlant {
     /// Voltages that replace those of the table.
     held_volts: BTreeMap<Pin, f64>,
     held_supply: Option<f64>,
+    /// Waveforms that replace all else at an input.
+    waves: BTreeMap<Pin, Waveform>,
     /// The user has pressed or released since the last input sample.
     changed: Cell<bool>,
     /// Measurement of the output pins.
@@ -271,13 +274,15 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
-    /// Holds an input at a level from now on; the button is one.
-    pub(crate) fn hold_level(&mut self, pin: Pin, high: bool) {
-        if pin == BUTTON {
-            self.held = high;
-        } else {
-            self.lines.insert(pin, LevelTable::fixed(high));
-        }
+    /// Drives an input by a waveform from now on; the button is one.
+    pub(crate) fn drive(&mut self, pin: Pin, wave: Waveform) {
+        self.waves.insert(pin, wave);
+        self.changed.set(true);
+    }
+
+    /// Ends the waveform of an input.
+    pub(crate) fn release(&mut self, pin: Pin) {
+        self.waves.remove(&pin);
         self.changed.set(true);
     }
 
@@ -286,9 +291,14 @@ impl BoardPlant {
         self.held_volts.insert(pin, volts);
     }
 
-    /// Holds the analogue supply at a voltage from now on, V.
-    pub(crate) fn hold_supply(&mut self, volts: f64) {
-        self.held_supply = Some(volts);
+    /// Ends that.
+    pub(crate) fn release_volts(&mut self, pin: Pin) {
+        self.held_volts.remove(&pin);
+    }
+
+    /// Holds the analogue supply at a voltage from now on, V; `None` ends that.
+    pub(crate) fn hold_supply(&mut self, volts: Option<f64>) {
+        self.held_supply = volts;
     }
 
     /// Adds a press that begins now.
@@ -299,6 +309,9 @@ impl BoardPlant {
 
     /// Level at an input, s.
     pub(crate) fn level(&self, pin: Pin, seconds: f64) -> bool {
+        if let Some(wave) = self.waves.get(&pin) {
+            return wave.at(seconds);
+        }
         if pin == BUTTON {
             return self.held || self.presses.iter().any(|press| press.is_on(seconds));
         }
@@ -313,6 +326,7 @@ impl BoardPlant {
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
         self.presses.iter().chain(&self.stops).any(|press| press.at + press.hold > seconds)
             || self.lines.values().any(|line| line.next_edge(seconds).is_some())
+            || self.waves.values().any(|wave| wave.next_edge(seconds).is_some())
     }
 }
 
@@ -343,13 +357,15 @@ impl Plant for BoardPlant {
         }
         let presses = self.presses.iter().chain(&self.stops).flat_map(|press| [press.at, press.at + press.hold]);
         let edges = self.lines.values().filter_map(|line| line.next_edge(seconds));
-        Some(presses.chain(edges).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
+        let waves = self.waves.values().filter_map(|wave| wave.next_edge(seconds));
+        Some(presses.chain(edges).chain(waves).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::waveform::Wave;
 
     fn volts(text: &str, repeat: bool) -> Result<VoltageTable> {
         VoltageTable::parse(text.as_bytes(), repeat)
@@ -450,6 +466,19 @@ mod tests {
         // A cut cable.
         let cut = BTreeMap::from([(EMERGENCY_STOP, LevelTable::fixed(false))]);
         assert!(!BoardPlant::new(VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0));
+    }
+
+    #[test]
+    fn a_waveform_replaces_all_else_until_it_is_released() {
+        let wave = |high| Waveform::from(Wave::level(BUTTON, high), 1.0);
+        let mut plant = BoardPlant::new(VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
+        plant.drive(BUTTON, wave(false));
+        plant.drive(EMERGENCY_STOP, wave(false));
+        assert_eq!(plant.next_pin_change(1.0), Some(1.0), "the chip must sample at once");
+        assert!(!plant.input_level(BUTTON, 1.05) && !plant.input_level(EMERGENCY_STOP, 1.05));
+        plant.release(BUTTON);
+        plant.release(EMERGENCY_STOP);
+        assert!(plant.input_level(BUTTON, 1.05) && plant.input_level(EMERGENCY_STOP, 1.05));
     }
 
     #[test]

@@ -20,8 +20,26 @@ pub(crate) struct Rtt {
     pub(crate) address: u32,
     /// Mode that the attached debugger sets; `None`: as the program set it.
     pub(crate) mode: Option<u32>,
-    /// False: the debugger is attached but reads nothing.
-    pub(crate) drain: bool,
+    /// How much of it the debugger reads.
+    pub(crate) reading: RttReading,
+}
+
+/// How much of the buffer a debugger reads at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RttReading {
+    /// All.
+    All,
+    /// One byte.
+    Byte,
+    /// Nothing: it is attached but does not read.
+    Nothing,
+}
+
+impl RttReading {
+    /// All or nothing.
+    pub(crate) const fn new(drains: bool) -> Self {
+        if drains { RttReading::All } else { RttReading::Nothing }
+    }
 }
 
 impl Rtt {
@@ -47,7 +65,7 @@ impl Rtt {
         {
             cpu.write_ram(channel + FLAGS, &(flags & !3 | mode).to_le_bytes());
         }
-        if !self.drain {
+        if self.reading == RttReading::Nothing {
             return Vec::new();
         }
         let (buffer, size, write, read) = (field(4), field(SIZE), field(WRITE), field(READ));
@@ -58,8 +76,9 @@ impl Rtt {
         if !cpu.read_memory(buffer, &mut bytes) {
             return Vec::new();
         }
-        cpu.write_ram(channel + READ, &write.to_le_bytes());
-        let (write, read) = (write as usize, read as usize);
+        let until = if self.reading == RttReading::Byte { (read + 1) % size } else { write };
+        cpu.write_ram(channel + READ, &until.to_le_bytes());
+        let (write, read) = (until as usize, read as usize);
         if write > read { bytes[read..write].to_vec() } else { [&bytes[read..], &bytes[..write]].concat() }
     }
 }
@@ -102,7 +121,7 @@ mod tests {
 
     #[test]
     fn reads_each_byte_once_and_across_the_buffer_end() {
-        let rtt = Rtt { address: 16, mode: None, drain: true };
+        let rtt = Rtt { address: 16, mode: None, reading: RttReading::All };
         for (write, read, text) in [(3, 0, "abc"), (2, 6, "ghab"), (0, 6, "gh"), (5, 5, "")] {
             let mut ram = ram(write, read);
             assert_eq!(rtt.poll(&mut ram), text.as_bytes(), "write {write} read {read}");
@@ -113,7 +132,7 @@ mod tests {
 
     #[test]
     fn sets_the_mode_and_keeps_the_bytes_if_not_draining() {
-        let rtt = Rtt { address: 16, mode: Some(2), drain: false };
+        let rtt = Rtt { address: 16, mode: Some(2), reading: RttReading::Nothing };
         let mut ram = ram(3, 0);
         assert_eq!(rtt.poll(&mut ram), b"");
         assert_eq!(ram.read_word(16 + 44), Some(2));
@@ -121,8 +140,16 @@ mod tests {
     }
 
     #[test]
+    fn a_slow_reader_takes_a_byte_at_a_time() {
+        let rtt = Rtt { address: 16, mode: None, reading: RttReading::Byte };
+        let mut ram = ram(1, 6);
+        let read: Vec<Vec<u8>> = (0..4).map(|_| rtt.poll(&mut ram)).collect();
+        assert_eq!(read, [&b"g"[..], b"h", b"a", b""]);
+    }
+
+    #[test]
     fn an_invalid_control_block_gives_no_bytes() {
-        let rtt = Rtt { address: 16, mode: None, drain: true };
+        let rtt = Rtt { address: 16, mode: None, reading: RttReading::All };
         assert_eq!(rtt.poll(&mut ram(8, 0)), b"", "offset beyond the buffer");
         assert_eq!(rtt.poll(&mut Ram(vec![0; 256])), b"", "before the program has initialised it");
         assert_eq!(rtt.poll(&mut Ram(vec![0; 4])), b"", "outside of memory");

@@ -2,14 +2,17 @@
 
 mod campaign;
 mod case;
+mod disturb;
 mod exceptions;
+mod flash_files;
+mod moments;
 mod periodic;
 
 use std::io::Write;
 use std::time::Instant;
 
 use anyhow::Result;
-use stm32f4_model::{ResetCause, Soc, SocConfig, Width};
+use stm32f4_model::{ResetCause, Soc, SocConfig};
 
 use crate::board::BoardModel;
 use crate::campaign::Driving;
@@ -24,17 +27,21 @@ use crate::nvic::Masks;
 use crate::plant::{BUTTON, BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
-use crate::rtt::Rtt;
+use crate::rtt::{Rtt, RttReading};
+use crate::script::Watcher;
 use crate::serial::SerialPort;
 use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 pub(crate) use campaign::Plan;
+use disturb::Drift;
+pub(crate) use flash_files::FlashDownload;
+use flash_files::SavedSector;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
 const PERIODIC_JOB_S: f64 = 1e-3;
 
-/// Far less than a cycle, and more than a rounding of the time, s.
+/// By how much the time of a stop may be too early, s: less than a cycle.
 const ROUNDING_S: f64 = 1e-9;
 
 /// Options of a run.
@@ -89,7 +96,15 @@ pub(crate) struct BoardRun<'a, W: Write> {
     serial: Option<SerialPort>,
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
+    /// Sectors to write to files at the end.
+    saved: Vec<SavedSector>,
     injections: Vec<Injection>,
+    /// Waits for the moments of a script.
+    watcher: Watcher,
+    /// Frequencies of the crystal that change.
+    drift: Option<Drift>,
+    /// Draws the content of the RAM at the next power-on.
+    scramble: Option<u64>,
     /// Judges every pulse.
     judge: Judge,
     judge_log: JudgeLog,
@@ -135,8 +150,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
     ) -> Result<Self> {
         let mut board = BoardModel::new(Soc::new(config), plant, options.cpi);
         board.scs.debugger = options.debugger;
-        let rtt =
-            image.symbol("_SEGGER_RTT").map(|address| Rtt { address, mode: options.rtt_mode, drain: options.drain });
+        let rtt = image.symbol("_SEGGER_RTT").map(|address| Rtt {
+            address,
+            mode: options.rtt_mode,
+            reading: RttReading::new(options.drain),
+        });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
             cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
@@ -147,7 +165,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             serial,
             rtt,
             recorder,
+            saved: Vec::new(),
             injections,
+            watcher: Watcher::default(),
+            drift: None,
+            scramble: None,
             judge: Judge::new(Limits::of_flash(&image.flash)),
             judge_log,
             servos: None,
@@ -199,12 +221,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     /// Advances the peripherals to the present, then executes or sleeps to the next deadline. Returns a reason to end, if any.
     fn step(&mut self) -> Result<Option<&'static str>> {
-        let (reset, due) = {
+        let (reset, due, changes) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
             if self.idle != IdleState::No {
-                let pending = self.injections.iter().filter(|injection| injection.is_pending());
-                let injection_s = pending.map(|injection| injection.at).fold(f64::INFINITY, f64::min);
+                let injection_s = self.injections.iter().filter_map(Injection::due).fold(f64::INFINITY, f64::min);
                 while board.is_quiet(injection_s) {
                     let seconds = board.seconds();
                     let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
@@ -219,8 +240,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     board.sync(&mut memory);
                 }
             }
-            (board.reset, board.stop_is_due())
+            (board.reset, board.stop_is_due(), board.soc.take_flash_operations())
         };
+        self.change_flash(&changes)?;
         self.report_outputs();
         if let Some(cause) = reset {
             self.carry_out_reset(cause)?;
@@ -233,7 +255,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.schedule_stop();
         }
         self.inject_due()?;
-        if self.idle != IdleState::No && !self.wake_if_due() || self.cpu.machine().soc.clock_stopped() {
+        if self.idle != IdleState::No && !self.wake_if_due() || self.core_stands_still() {
             self.slept_cycles += self.cpu.machine().sleep();
             return Ok(None);
         }
@@ -265,6 +287,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             }
         }
         Ok(None)
+    }
+
+    fn core_stands_still(&self) -> bool {
+        let soc = &self.cpu.machine().soc;
+        soc.clock_stopped() || soc.core_waits()
     }
 
     fn deliverable(&self) -> Option<u8> {
@@ -305,14 +332,21 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     /// Injects the faults that are due.
     fn inject_due(&mut self) -> Result<()> {
-        let seconds = self.cpu.machine().seconds();
+        let seconds = self.cpu.machine().seconds() + ROUNDING_S;
         for n in 0..self.injections.len() {
-            let injection = &self.injections[n];
-            // The time of the cycle at which it is due may be less by a rounding.
-            if !injection.is_pending() || injection.at > seconds + ROUNDING_S {
+            if self.injections[n].due().is_none_or(|due| due > seconds) {
                 continue;
             }
-            let kind = injection.kind;
+            let kind = self.injections[n].kind.clone();
+            if !self.injections[n].is_pending() {
+                self.end_injection(n, &kind)?;
+                continue;
+            }
+            if let Some(phase_us) = self.injections[n].phase_us.take() {
+                self.injections[n].at = seconds + self.until_phase(phase_us);
+                self.schedule_stop();
+                continue;
+            }
             let outputs = self.output_state();
             let now = self.moment();
             match kind {
@@ -341,7 +375,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_effect(now, outputs);
                 }
                 InjectionKind::Halt => {
-                    self.disturb(kind)?;
+                    self.disturb(&kind)?;
                     self.idle = IdleState::Halted;
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
@@ -357,10 +391,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
                 | InjectionKind::Slow(_)
-                | InjectionKind::Exception(_)
-                | InjectionKind::Reset(_)
-                | InjectionKind::Flash { .. } => {
-                    self.disturb(kind)?;
+                | InjectionKind::Other(_) => {
+                    self.disturb(&kind)?;
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
@@ -379,65 +411,12 @@ impl<'a, W: Write> BoardRun<'a, W> {
         Ok(())
     }
 
-    /// Changes what is outside the program: the crystal, peripherals, bits, voltages, levels, the speed.
-    fn disturb(&mut self, kind: InjectionKind) -> Result<()> {
-        /// Control register 1 of TIM2.
-        const TIM2_CR1: u32 = 0x4000_0000;
-        if let InjectionKind::Flip { address, mask } = kind
-            && let Some(word) = self.cpu.read_word(address)
-        {
-            anyhow::ensure!(
-                self.cpu.write_ram(address, &(word ^ mask).to_le_bytes()),
-                "{address:#010x} is neither a register nor in RAM"
-            );
-            return Ok(());
-        }
-        if let InjectionKind::Flash { address, half } = kind {
-            self.cpu.patch_flash(address, half)?;
-            return Ok(());
-        }
-        let (mut board, mut memory) = self.cpu.machine_and_memory();
-        match kind {
-            InjectionKind::Flip { address, mask } => {
-                let word = board.soc.read(address, Width::Word);
-                board.soc.write(address, Width::Word, word ^ mask);
-            }
-            InjectionKind::Crystal => board.soc.fail_hse(),
-            InjectionKind::Trigger => board.soc.write(TIM2_CR1, Width::Word, 0),
-            InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
-            InjectionKind::Overrun => board.soc.force_overrun(0),
-            InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
-            InjectionKind::Halt => {
-                board.scs.debugger = true;
-                board.soc.halt();
-            }
-            InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
-            InjectionKind::Supply(volts) => board.plant.hold_supply(volts),
-            InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
-            InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),
-            InjectionKind::Slow(cpi) => board.set_cpi(cpi),
-            InjectionKind::Exception(number) => {
-                board.nvic.enable(number);
-                board.nvic.pend(number);
-            }
-            InjectionKind::Reset(cause) => board.reset = Some(cause),
-            // Done above, or by `inject_due`.
-            InjectionKind::Flash { .. }
-            | InjectionKind::Hang(_)
-            | InjectionKind::Fault(_)
-            | InjectionKind::Panic(..) => {}
-        }
-        // The clock, and with it the deadline, may have changed.
-        board.sync(&mut memory);
-        Ok(())
-    }
-
     /// Schedules a stop at the next periodic job or injection.
     fn schedule_stop(&mut self) {
         let periodic = (self.periods + 1) as f64 * PERIODIC_JOB_S;
-        let now = self.cpu.machine().seconds();
-        let injections = self.injections.iter().filter(|injection| injection.is_pending() && injection.at > now);
-        let next = injections.map(|injection| injection.at).fold(periodic, f64::min);
+        let now = self.cpu.machine().seconds() + ROUNDING_S;
+        let due = self.injections.iter().filter_map(Injection::due).filter(|due| *due > now);
+        let next = due.fold(periodic, f64::min);
         self.cpu.machine().stop_at(next);
     }
 
@@ -454,11 +433,12 @@ impl<'a, W: Write> BoardRun<'a, W> {
         for n in 0..self.injections.len() {
             self.injections[n].note_reset(now);
             if let (Some(half), InjectionKind::Hang(address) | InjectionKind::Fault(address)) =
-                (self.injections[n].replaced.take(), self.injections[n].kind)
+                (self.injections[n].replaced.take(), self.injections[n].kind.clone())
             {
                 self.cpu.patch_flash(address, half)?;
             }
         }
+        self.change_memory(cause)?;
         self.judge.reset(now.seconds);
         self.resets.push(ResetRecord { t_s: report::seconds(now.seconds), cause: cause.to_string() });
         self.boot(cause);
@@ -474,5 +454,6 @@ impl<'a, W: Write> BoardRun<'a, W> {
         self.cpu.reset(sp, pc);
         self.log.iter_mut().for_each(String::clear);
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
+        self.note_boot();
     }
 }

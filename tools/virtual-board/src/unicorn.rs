@@ -84,14 +84,16 @@ impl BlockCounts {
         count
     }
 
-    /// Replaces a half-word and returns the old one.
-    fn patch(&self, at: usize, half: u16) -> u16 {
-        let mut image = self.image.borrow_mut();
-        let old = u16::from_le_bytes([image[at], image[at + 1]]);
-        image[at..at + 2].copy_from_slice(&half.to_le_bytes());
+    fn half_at(&self, at: usize) -> u16 {
+        let image = self.image.borrow();
+        u16::from_le_bytes([image[at], image[at + 1]])
+    }
+
+    /// Replaces bytes of the image.
+    fn replace(&self, at: usize, bytes: &[u8]) {
+        self.image.borrow_mut()[at..at + bytes.len()].copy_from_slice(bytes);
         // Blocks that contain the address may now end elsewhere.
         self.seen.iter().for_each(|entry| entry.set((0, 0)));
-        old
     }
 }
 
@@ -363,12 +365,27 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             offset < FLASH_SIZE && offset.is_multiple_of(2),
             "0x{addr:08X} is not an even address in flash"
         );
-        let old = self.counts.patch(offset as usize, half);
-        for base in [0, FLASH] {
-            convert_error(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
-        }
-        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")?;
+        let old = self.counts.half_at(offset as usize);
+        self.write_flash(addr, &half.to_le_bytes())?;
         Ok(old)
+    }
+
+    /// Replaces bytes of flash, which must be in it.
+    ///
+    /// # Errors
+    /// They are not in it, or Unicorn refuses.
+    pub(crate) fn write_flash(&mut self, addr: u32, bytes: &[u8]) -> Result<()> {
+        let offset = addr.wrapping_sub(FLASH);
+        anyhow::ensure!(
+            u64::from(offset) + bytes.len() as u64 <= u64::from(FLASH_SIZE),
+            "{} bytes from 0x{addr:08X} on are not in flash",
+            bytes.len()
+        );
+        self.counts.replace(offset as usize, bytes);
+        for base in [0, FLASH] {
+            convert_error(self.uc.mem_write(u64::from(base + offset), bytes), "writing flash")?;
+        }
+        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")
     }
 
     fn write(&mut self, reg: RegisterARM, value: u32) {

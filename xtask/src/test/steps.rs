@@ -35,7 +35,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 25] = [
+pub(super) const STEPS: [Step; 24] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -138,13 +138,6 @@ pub(super) const STEPS: [Step; 25] = [
         run: audits::image_audit,
     },
     Step {
-        name: "same-bytes",
-        claim: "a copy of the source in another folder makes the same image",
-        needs: &[Need::BoardCompiler, Need::VirtualBoard],
-        uses: &[],
-        run: audits::same_bytes,
-    },
-    Step {
         name: "core-selftest",
         claim: "the virtual board's core passes its self-test",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
@@ -194,9 +187,6 @@ pub(super) const STEPS: [Step; 25] = [
         run: audits::ratchets,
     },
 ];
-
-/// Steps that only `--only` runs: they compile everything for the board once more.
-pub(super) const BY_NAME: [&str; 1] = ["same-bytes"];
 
 /// A step without what it needs, as it turned out while it ran: it is skipped, and neither passed nor failed.
 #[derive(Debug)]
@@ -534,7 +524,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 21] = [
+const IMAGE_TESTS: [&str; 22] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -548,6 +538,7 @@ const IMAGE_TESTS: [&str; 21] = [
     "board_boots",
     "board_campaign",
     "board_operator",
+    "board_script",
     "board_gestures",
     "board_interrupts",
     "board_follower",

@@ -17,6 +17,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --generator samples/generator.toml --robot robot.toml",
             "cargo xtask run --generator generator.toml --robot robot.toml",
             "cargo xtask run -- --hang control_step@3",
+            "cargo xtask run --secs 5 -- --script dip.toml",
+            "cargo xtask run --secs 5 -- --script dip.toml --save-flash 0x08004000=sector.bin",
             "cargo xtask run --pace -- --serial",
             "cargo xtask run --tune",
             "cargo xtask run --foxglove",

@@ -2,7 +2,7 @@
 
 mod operation;
 
-pub use operation::{FlashChange, FlashOperation};
+pub use operation::{FlashChange, FlashOperation, flash_sector_at};
 
 use crate::bus::Width;
 use crate::lint::LintKind;

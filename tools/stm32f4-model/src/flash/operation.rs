@@ -1,6 +1,6 @@
 //! Erase and program operations of the flash: their duration, their effect on the memory, and what is left of one that was cut (RM0090 3.6).
 //!
-//! No manual says what a cut operation leaves. Here each bit that it was to change has changed with the probability of the time that has passed, by a seed. Cells
+//! No manual says what a cut operation leaves. Here each bit that it was to change has changed with the probability of the time that has passed. Cells
 //! that read differently each time are not modelled.
 
 /// Start address of the flash.
@@ -19,6 +19,17 @@ pub(crate) fn sector(number: u32) -> Option<(u32, u32)> {
         5..=11 => Some((FLASH + 128 * KIB * (number - 4), 128 * KIB)),
         _ => None,
     }
+}
+
+/// Address and length in bytes of the sector that holds an address; `None`: it is not in flash.
+///
+/// ```
+/// assert_eq!(stm32f4_model::flash_sector_at(0x0800_5000), Some((0x0800_4000, 0x4000)));
+/// assert_eq!(stm32f4_model::flash_sector_at(0x2000_0000), None);
+/// ```
+#[must_use]
+pub fn flash_sector_at(address: u32) -> Option<(u32, u32)> {
+    (0..).map_while(sector).find(|(first, bytes)| (*first..first + bytes).contains(&address))
 }
 
 /// What an operation does to the memory.
@@ -58,17 +69,17 @@ impl FlashOperation {
         }
     }
 
-    /// Applies it to the bytes from [`FlashOperation::address`] on. `seed` draws the bits that a cut operation has changed.
+    /// Applies it to the bytes from [`FlashOperation::address`] on. `draw` gives random numbers from 0 to 1, for the bits that a cut operation has
+    /// changed.
     ///
     /// ```
     /// use stm32f4_model::{FlashChange, FlashOperation};
     /// let mut bytes = [0xF0, 0x00];
     /// let program = FlashOperation { address: 0x0800_4000, change: FlashChange::Program { value: 0x20, bytes: 1 }, done: 1.0 };
-    /// program.apply(&mut bytes, 7);
+    /// program.apply(&mut bytes, || 0.5);
     /// assert_eq!(bytes, [0x20, 0x00]); // only from 1 to 0
     /// ```
-    pub fn apply(&self, bytes: &mut [u8], seed: u64) {
-        let mut random = seed;
+    pub fn apply(&self, bytes: &mut [u8], mut draw: impl FnMut() -> f64) {
         for (n, byte) in bytes.iter_mut().enumerate().take(self.bytes() as usize) {
             let after = match self.change {
                 FlashChange::Erase { .. } => 0xFF,
@@ -77,8 +88,7 @@ impl FlashOperation {
             let mut changed = *byte ^ after;
             if self.done < 1.0 {
                 for bit in 0..8 {
-                    let drawn = splitmix(&mut random) as f64 / u64::MAX as f64;
-                    if drawn >= self.done {
+                    if draw() >= self.done {
                         changed &= !(1 << bit);
                     }
                 }
@@ -124,18 +134,17 @@ impl RunningOperation {
     }
 }
 
-/// The next number of the generator SplitMix64 (Steele, Lea, Flood 2014).
-fn splitmix(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A linear congruential generator (Knuth, MMIX).
+    fn uniform(mut state: u64) -> impl FnMut() -> f64 {
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
 
     #[test]
     fn sectors_cover_the_flash() {
@@ -154,21 +163,21 @@ mod tests {
         let mut bytes = [0x12, 0x34, 0x56, 0x78];
         let erase = RunningOperation::erase(1, 2, 0.0).unwrap();
         assert_eq!((erase.address, erase.until), (0x0800_4000, 0.25));
-        erase.at(0.25).apply(&mut bytes, 1);
+        erase.at(0.25).apply(&mut bytes, || 0.5);
         assert_eq!(bytes, [0xFF; 4]);
         let program = RunningOperation::program(0x0800_4000, 0xA5A5_F00F, 4, 0.0);
-        program.at(1.0).apply(&mut bytes, 1);
+        program.at(1.0).apply(&mut bytes, || 0.5);
         assert_eq!(u32::from_le_bytes(bytes), 0xA5A5_F00F);
-        RunningOperation::program(0x0800_4000, 0xFFFF_FF00, 4, 0.0).at(1.0).apply(&mut bytes, 1);
+        RunningOperation::program(0x0800_4000, 0xFFFF_FF00, 4, 0.0).at(1.0).apply(&mut bytes, || 0.5);
         assert_eq!(u32::from_le_bytes(bytes), 0xA5A5_F000, "no bit becomes 1");
     }
 
     #[test]
-    fn a_cut_changes_part_of_the_bits_by_its_seed() {
+    fn a_cut_changes_part_of_the_bits() {
         let cut = |done, seed| {
             let mut bytes = [0_u8; 1000];
             let erase = FlashOperation { address: FLASH, change: FlashChange::Erase { bytes: 1000 }, done };
-            erase.apply(&mut bytes, seed);
+            erase.apply(&mut bytes, uniform(seed));
             bytes
         };
         let ones = |bytes: &[u8]| bytes.iter().map(|byte| byte.count_ones()).sum::<u32>();
@@ -177,7 +186,7 @@ mod tests {
         assert!(cut(0.5, 1) == cut(0.5, 1) && cut(0.5, 1) != cut(0.5, 2));
         // What a program leaves is between the old and the new item.
         let mut bytes = [0xFF; 4];
-        RunningOperation::program(FLASH, 0x0000_FFFF, 4, 0.0).at(8e-6).apply(&mut bytes, 3);
+        RunningOperation::program(FLASH, 0x0000_FFFF, 4, 0.0).at(8e-6).apply(&mut bytes, uniform(3));
         let left = u32::from_le_bytes(bytes);
         assert!(left & 0xFFFF == 0xFFFF && left != 0xFFFF_FFFF && left != 0x0000_FFFF);
     }

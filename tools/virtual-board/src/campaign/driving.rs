@@ -2,7 +2,7 @@
 
 use crate::pulses::{OutputChange, PulsePeriod, TimedOutputChange};
 
-/// The times at which the servos began to be driven. Without a gesture of a person there is none.
+/// The times at which the servos began to be driven.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Driving {
     is_driving: bool,
@@ -41,14 +41,19 @@ mod tests {
 
     #[test]
     fn each_beginning_counts_once() {
-        let period = |seconds, rail| PulsePeriod { seconds, us: [Some(1500.0), None, None, None], rail };
+        let period = |seconds, rail| PulsePeriod {
+            seconds,
+            us: [Some(1500.0), None, None, None],
+            programmed_us: [None; 4],
+            rail,
+        };
         let change = |seconds, change| TimedOutputChange { seconds, instructions: 0, change };
         let mut driving = Driving::new(true);
         driving.take(&period(0.0, true));
-        assert_eq!(driving.began(), []);
+        assert!(driving.began().is_empty());
         driving.change(&change(0.01, OutputChange::Rail(false)));
         driving.take(&period(0.02, false));
-        assert_eq!(driving.began(), [], "a servo without supply is not driven");
+        assert!(driving.began().is_empty(), "a servo without supply is not driven");
         for seconds in [0.04, 0.06] {
             driving.take(&period(seconds, true));
         }

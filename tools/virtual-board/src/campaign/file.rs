@@ -1,17 +1,16 @@
 //! The file of a campaign: limits of the pulses, the states in which faults are injected, the faults and what each must lead to.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
-use super::kinds::Inject;
-use super::stage::{Run, Sequence};
+use super::fault::Fault;
+use super::groups::{Core, Exceptions, Memory, Register};
+use super::stage::{InjectAt, Run, Sequence};
 use crate::judge::Limits;
 use crate::loader::ProgramImage;
-use crate::nvic::{EXCEPTIONS, Nvic};
 
 /// A campaign.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,120 +23,25 @@ pub(crate) struct Campaign {
     /// Runs with their states.
     #[serde(rename = "run")]
     pub(crate) runs: Vec<Run>,
-    /// Single faults.
+    /// Single faults; after reading those of the groups too.
     #[serde(rename = "fault", default)]
     pub(crate) faults: Vec<Fault>,
-    /// Registers, of which every bit is a fault.
+    /// Registers, of which bits are faults.
     #[serde(rename = "register", default)]
-    pub(crate) registers: Vec<Register>,
-    /// Exceptions, of which every one is a fault.
-    #[serde(rename = "exceptions", default)]
-    pub(crate) exceptions: Vec<Exceptions>,
+    registers: Vec<Register>,
+    /// Registers of the core, of which bits are faults.
+    #[serde(default)]
+    core: Vec<Core>,
+    /// Exceptions, of which each is a fault.
+    #[serde(default)]
+    exceptions: Vec<Exceptions>,
     /// Parts of the memory, of which bits are drawn at random.
-    #[serde(rename = "memory", default)]
-    pub(crate) memory: Vec<Memory>,
+    #[serde(default)]
+    memory: Vec<Memory>,
     /// Gestures and faults one after the other.
     #[serde(rename = "sequence", default)]
     pub(crate) sequences: Vec<Sequence>,
 }
-
-/// What a fault must lead to.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Expected {
-    /// The reaction.
-    pub(crate) reaction: Reaction,
-    /// Its time limit, from the effect of the fault, ms.
-    pub(crate) within_ms: f64,
-    /// Time limit for the first act: the supply of the servos or the main output is off, us.
-    pub(crate) decided_within_us: Option<f64>,
-    /// Time limit for the end of the pulses, ms.
-    pub(crate) low_within_ms: Option<f64>,
-}
-
-/// A reaction that a fault must lead to. The limits of the pulses hold besides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Reaction {
-    /// The servos get no pulse any more, or their supply is off.
-    Off,
-    /// The same, and the chip resets.
-    Reset,
-    /// The outputs stay as they were: on or off.
-    None,
-    /// One of the two: the program may have overwritten the fault before it looks.
-    OffOrNone,
-    /// Any: only the limits of the pulses are judged.
-    Any,
-}
-
-/// A fault by its name.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Fault {
-    /// Name.
-    pub(crate) name: String,
-    /// What happens.
-    pub(crate) inject: Inject,
-    /// States in which it applies.
-    pub(crate) states: Vec<String>,
-    /// What it must lead to.
-    pub(crate) expect: Expected,
-}
-
-impl Fault {
-    /// Whether it applies in the state of this name.
-    pub(crate) fn applies_in(&self, state: &str) -> bool {
-        self.states.iter().any(|name| name == state)
-    }
-}
-
-/// Bits of a register: each is a fault.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Register {
-    /// Name.
-    pub(crate) name: String,
-    /// Address.
-    pub(crate) address: u32,
-    /// The bits.
-    pub(crate) bits: Vec<u32>,
-    /// States in which they apply.
-    pub(crate) states: Vec<String>,
-    /// What each must lead to.
-    pub(crate) expect: Expected,
-}
-
-/// Exceptions that nothing has requested: each is a fault.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Exceptions {
-    /// Name.
-    pub(crate) name: String,
-    /// Their numbers.
-    pub(crate) numbers: Vec<u8>,
-    /// States in which they apply.
-    pub(crate) states: Vec<String>,
-    /// What each must lead to.
-    pub(crate) expect: Expected,
-}
-
-/// Bits of the memory, drawn at random: each is a fault that only the limits of the pulses judge.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Memory {
-    /// Name.
-    pub(crate) name: String,
-    /// Symbols of the image: at the first address, and after the last.
-    pub(crate) symbols: [String; 2],
-    /// How many bits.
-    pub(crate) count: u32,
-    /// States in which they apply.
-    pub(crate) states: Vec<String>,
-}
-
-/// Time after which a fault that only the limits of the pulses judge is no longer watched, ms.
-const WATCHED_MS: f64 = 150.0;
 
 impl Campaign {
     /// Reads the file.
@@ -165,7 +69,12 @@ impl Campaign {
             ensure!(known.contains(state), "{what} `{name}`: there is no state `{state}`; the file has {}", all());
             Ok(())
         };
-        for Sequence { name, state, lasts_s, .. } in &campaign.sequences {
+        let check = |what: &str, name: &str, injects: &[InjectAt]| {
+            injects.iter().try_for_each(|one| one.what.check()).with_context(|| format!("{what} `{name}`"))
+        };
+        campaign.runs.iter().try_for_each(|run| check("run", &run.name, &run.injects))?;
+        for Sequence { name, state, lasts_s, injects, .. } in &campaign.sequences {
+            check("sequence", name, injects)?;
             check_state("sequence", name, state)?;
             ensure!(
                 *lasts_s > 0.0 && *lasts_s <= 3600.0,
@@ -173,14 +82,11 @@ impl Campaign {
             );
         }
         let mut names = BTreeSet::new();
-        for Fault { name, states, expect, .. } in &campaign.faults {
+        for fault in &campaign.faults {
+            let Fault { name, states, .. } = fault;
+            fault.check().with_context(|| format!("fault `{name}`"))?;
             ensure!(names.insert(name), "two faults have the name `{name}`; allowed is one");
             states.iter().try_for_each(|state| check_state("fault", name, state))?;
-            ensure!(
-                expect.within_ms > 0.0 && expect.within_ms.is_finite(),
-                "fault `{name}`: within_ms is {}; allowed is more than 0",
-                expect.within_ms
-            );
         }
         Ok(campaign)
     }
@@ -196,77 +102,24 @@ impl Campaign {
         })
     }
 
-    /// Makes a fault of each bit of the registers, of each exception, and of the drawn bits of the memory.
+    /// Makes a fault of each member of the groups.
     fn expand(&mut self, address_of: impl Fn(&str) -> Option<u32>) -> Result<()> {
-        for Register { name, address, bits, states, expect } in std::mem::take(&mut self.registers) {
-            ensure!(bits.iter().all(|bit| *bit < 32), "register `{name}`: bits {bits:?}; allowed are 0 to 31");
-            self.faults.extend(bits.into_iter().map(|bit| Fault {
-                name: format!("{name}, bit {bit}"),
-                inject: Inject::Flip { address, mask: 1 << bit },
-                states: states.clone(),
-                expect,
-            }));
+        for register in std::mem::take(&mut self.registers) {
+            self.faults.extend(register.faults()?);
         }
-        for Exceptions { name, numbers, states, expect } in std::mem::take(&mut self.exceptions) {
-            for number in numbers {
-                ensure!(
-                    Nvic::exists(number) && number > 1,
-                    "exceptions `{name}`: {number}; allowed are 2 to {}",
-                    EXCEPTIONS - 1
-                );
-                self.faults.push(Fault {
-                    name: format!("{name}, {number}"),
-                    inject: Inject::Exception(number),
-                    states: states.clone(),
-                    expect,
-                });
-            }
-        }
-        for Memory { name, symbols, count, states } in std::mem::take(&mut self.memory) {
-            let address = |symbol: &str| {
-                address_of(symbol).with_context(|| format!("memory `{name}`: the image has no symbol `{symbol}`"))
-            };
-            let (first, end) = (address(&symbols[0])?, address(&symbols[1])?);
-            ensure!(first < end, "memory `{name}`: addresses {first:#x}..{end:#x}; allowed is the lower one first");
-            let mut drawn = BTreeSet::new();
-            let mut random = u64::from(first) << 32 | u64::from(end);
-            let bits = Range { start: 0, end: u64::from(end - first) * 8 };
-            ensure!(u64::from(count) <= bits.end / 2, "memory `{name}`: {count} of {} bits; allowed is half", bits.end);
-            while drawn.len() < count as usize {
-                drawn.insert(splitmix(&mut random) % bits.end);
-            }
-            self.faults.extend(drawn.into_iter().map(|bit| {
-                let byte = first + (bit / 8) as u32;
-                let mask = 1 << (bit % 8) << (byte % 4 * 8);
-                Fault {
-                    name: format!("{name}, {byte:#010x} bit {}", bit % 8),
-                    inject: Inject::Flip { address: byte & !3, mask },
-                    states: states.clone(),
-                    expect: Expected {
-                        reaction: Reaction::Any,
-                        within_ms: WATCHED_MS,
-                        decided_within_us: None,
-                        low_within_ms: None,
-                    },
-                }
-            }));
+        self.faults.extend(std::mem::take(&mut self.core).into_iter().flat_map(Core::faults));
+        self.faults.extend(std::mem::take(&mut self.exceptions).into_iter().flat_map(Exceptions::faults));
+        for memory in std::mem::take(&mut self.memory) {
+            self.faults.extend(memory.faults(&address_of)?);
         }
         Ok(())
     }
 }
 
-/// The next number of the generator SplitMix64 (Steele, Lea, Flood 2014).
-pub(super) fn splitmix(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::script::Inject;
 
     const HEAD: &str = "phases = 2\n[limits]\nleast_us = [523, 523, 523, 523]\nmost_us = [2400, 2400, 2400, 2400]\nus_per_s = [1e3, 1e3, 1e3, 1e3]\n\
                         [[run]]\nname = \"walk\"\nstate = [{ name = \"walking\", at_s = 3, outputs = true }, \
@@ -321,6 +174,17 @@ mod tests {
             (HEAD.replace("0aff", "0af"), "`0af` is no list of bytes"),
             (HEAD.replace("disarmed", "walking"), "two states have the name `walking`"),
             (
+                format!(
+                    "{HEAD}[[sequence]]\nname = \"a\"\nstate = \"walking\"\nlasts_s = 1\n\
+                     inject = [{{ at_s = 0.5, what = {{ stuck-code = 5000 }} }}]\n"
+                ),
+                "sequence `a`: stuck-code is 5000; allowed are 0 to 4095",
+            ),
+            (
+                fault("\"crystal\"", "walking", "40, decided_within_us = -1"),
+                "fault `a`: decided_within_us is -1; allowed is more than 0",
+            ),
+            (
                 format!("{HEAD}[[sequence]]\nname = \"a\"\nstate = \"flying\"\nlasts_s = 1\n"),
                 "sequence `a`: there is no state `flying`",
             ),
@@ -333,7 +197,7 @@ mod tests {
                     "{HEAD}[[exceptions]]\nname = \"e\"\nnumbers = [98]\nstates = []\n\
                      expect = {{ reaction = \"reset\", within_ms = 1 }}\n"
                 ),
-                "exceptions `e`: 98; allowed are 2 to 97",
+                "fault `e, 98`: number is 98; allowed are 2 to 97",
             ),
         ] {
             let error = format!("{:#}", parse(&text).unwrap_err());

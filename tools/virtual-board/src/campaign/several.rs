@@ -1,6 +1,7 @@
 //! Several faults at once, drawn at random from those of a campaign.
 
-use super::file::{Campaign, Fault, splitmix};
+use super::{Campaign, Fault};
+use crate::random::Random;
 
 /// Faults in a case, at least and at most.
 const FAULTS: std::ops::RangeInclusive<u64> = 2..=4;
@@ -36,8 +37,8 @@ impl Several {
 
 /// The case of a seed. Faults are drawn from those that apply in its state; one may come twice, which takes a changed bit back.
 fn draw(seed: u64, campaign: &Campaign) -> Draw<'_> {
-    let mut random = seed;
-    let mut below = |limit: usize| (splitmix(&mut random) % limit.max(1) as u64) as usize;
+    let mut random = Random(seed);
+    let mut below = |limit: usize| (random.number() % limit.max(1) as u64) as usize;
     let states: Vec<&str> = (campaign.runs.iter().flat_map(|run| &run.states))
         .map(|state| state.name.as_str())
         .filter(|name| campaign.faults.iter().any(|fault| fault.applies_in(name)))

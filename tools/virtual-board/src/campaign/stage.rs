@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer};
 
-use super::kinds::Inject;
+use crate::script::Inject;
 
 /// A run of the board: gestures and other inputs from power-on, and the states that it passes through.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -70,8 +70,8 @@ pub(crate) struct InjectAt {
     pub(crate) what: Inject,
 }
 
-/// Gestures and faults that begin in a state. Its times count from there. The pulses judge it; and no servo may be driven anew, unless it has a
-/// gesture: then whoever reads the result compares.
+/// Gestures and faults that begin in a state. Its times count from there. The pulses are judged; whoever reads the
+/// result compares the times at which the servos were driven with the gestures.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Sequence {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::BoardRun;
 use crate::campaign::{Campaign, Draw, Fault, Run, Sequence, Several};
 use crate::cpu::{Cpu as _, Reg};
-use crate::inject::Injection;
+use crate::inject::{Injection, InjectionKind};
 
 /// Between two messages.
 const PROGRESS: Duration = Duration::from_secs(5);
@@ -79,7 +79,7 @@ impl<W: Write> BoardRun<'_, W> {
         let mut pool = Pool::new(items.len(), plan.jobs);
         // A name that the image lacks is found before the first case.
         for fault in &campaign.faults {
-            fault.inject.kind(self.image).with_context(|| format!("fault `{}`", fault.name))?;
+            InjectionKind::of(&fault.inject, self.image).with_context(|| format!("fault `{}`", fault.name))?;
         }
         self.prepare(run)?;
         self.begin();
@@ -121,7 +121,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// Schedules the gestures and faults of a run.
     fn prepare(&mut self, run: &Run) -> Result<()> {
         for one in &run.injects {
-            let kind = one.what.kind(self.image).with_context(|| format!("run `{}`", run.name))?;
+            let kind = InjectionKind::of(&one.what, self.image).with_context(|| format!("run `{}`", run.name))?;
             self.injections.push(Injection::new(kind, run.name.clone(), one.at_s));
         }
         let mut board = self.cpu.machine();

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::BoardRun;
 use super::campaign::{Item, write_line};
 use crate::campaign::{Campaign, Draw, Driving, Expected, Fault, Reaction, Sequence};
-use crate::inject::Injection;
+use crate::inject::{Injection, InjectionKind};
 use crate::plant::ButtonPress;
 use crate::pulses::SERVOS;
 use crate::report;
@@ -139,7 +139,7 @@ impl<W: Write> BoardRun<'_, W> {
         Ok(Line {
             r#type: "case",
             name: Some(&fault.name),
-            why: missed(fault.expect, &reaction, stays).or_else(|| self.driven_without_a_gesture()),
+            why: missed(fault.expect, &reaction, stays),
             fault: Some(FaultTimes {
                 phase,
                 off_us: first_of(reaction.low_us, reaction.rail_us),
@@ -156,7 +156,7 @@ impl<W: Write> BoardRun<'_, W> {
         let (resets, edges) = (self.resets.len(), self.servo_edges());
         self.log = sequence.log.then(String::new);
         for one in &sequence.injects {
-            let kind = one.what.kind(self.image)?;
+            let kind = InjectionKind::of(&one.what, self.image)?;
             self.injections.push(Injection::new(kind, sequence.name.clone(), from + one.at_s));
         }
         let after = |press: &_| {
@@ -173,11 +173,9 @@ impl<W: Write> BoardRun<'_, W> {
         self.drain_rtt();
         let began = self.driving.as_ref().map_or(&[][..], |driving| driving.began());
         let drives_s = began.iter().map(|at| report::seconds(at - from)).collect();
-        let why = sequence.presses.is_empty().then(|| self.driven_without_a_gesture()).flatten();
         Ok(Line {
             r#type: "sequence",
             name: Some(&sequence.name),
-            why,
             sequence: Some(SequenceResult {
                 drives_s,
                 edges: self.servo_edges() - edges,
@@ -197,7 +195,6 @@ impl<W: Write> BoardRun<'_, W> {
         self.run_until(from + last + AFTER_SEVERAL_S)?;
         Ok(Line {
             r#type: "several",
-            why: self.driven_without_a_gesture(),
             several: Some(Drawn {
                 seed: draw.seed,
                 faults: draw.faults.iter().map(|(at_s, fault)| (fault.name.as_str(), *at_s)).collect(),
@@ -207,7 +204,9 @@ impl<W: Write> BoardRun<'_, W> {
     }
 
     fn inject_at(&mut self, fault: &Fault, at: f64) -> Result<()> {
-        self.injections.push(Injection::new(fault.inject.kind(self.image)?, fault.name.clone(), at));
+        let kind = InjectionKind::of(&fault.inject, self.image)?;
+        let lasts_s = fault.for_ms.map(|ms| ms * 1e-3);
+        self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts_s));
         self.schedule_stop();
         Ok(())
     }
@@ -216,11 +215,6 @@ impl<W: Write> BoardRun<'_, W> {
     fn servo_edges(&self) -> u64 {
         let board = self.cpu.machine();
         SERVOS.iter().filter_map(|pin| board.plant.pulses.edges().get(pin)).sum()
-    }
-
-    fn driven_without_a_gesture(&self) -> Option<String> {
-        let at = self.driving.as_ref()?.began().first()?;
-        Some(format!("the servos are driven at {at:.4} s, without a gesture"))
     }
 }
 

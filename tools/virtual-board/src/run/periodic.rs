@@ -8,7 +8,7 @@ use stm32f4_model::{Conversion, Lint};
 
 use super::{BoardRun, IdleState, PERIODIC_JOB_S, ROUNDING_S};
 use crate::console::ConsoleCommand;
-use crate::inject::{Injection, InjectionKind, Moment};
+use crate::inject::{InjectionKind, Moment};
 use crate::plant::{BUTTON, ButtonPress, EMERGENCY_STOP};
 use crate::pulses::{SERVOS, TimedOutputChange};
 use crate::report::{self, LintCount, ReportLine, RunSummary};
@@ -47,6 +47,7 @@ impl<W: Write> BoardRun<'_, W> {
             let us = period.us.map(|us| us.map(report::micros));
             self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us, rail: period.rail });
         }
+        self.note_moments(&activity, reached);
         let outputs = self.output_state();
         for injection in &mut self.injections {
             if reached.is_some_and(|address| injection.kind == InjectionKind::Hang(address))
@@ -71,6 +72,7 @@ impl<W: Write> BoardRun<'_, W> {
         }
         self.periods += 1;
         self.cpu.machine().check_outputs();
+        self.drift(seconds);
         self.drain_rtt();
         self.exchange_serial()?;
         self.record_signals()?;
@@ -108,8 +110,8 @@ impl<W: Write> BoardRun<'_, W> {
         }
         let stuck = self.idle != IdleState::No
             && !self.cpu.machine().can_wake()
-            && !self.injections.iter().any(Injection::is_pending);
-        let over = self.options.secs.is_some_and(|secs| seconds + ROUNDING_S >= secs);
+            && !self.injections.iter().any(|injection| injection.due().is_some());
+        let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
         if over || stuck && self.options.secs.is_none() && !self.console.is_open() {
             let locked = self.idle == IdleState::LockedUp;
             return Ok(Some(if locked {
@@ -200,6 +202,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.drain_rtt();
         self.record_signals()?;
         self.recorder.flush()?;
+        self.write_sectors()?;
         self.report_lints();
         let now = self.moment().seconds;
         let (high_since, rail) = {

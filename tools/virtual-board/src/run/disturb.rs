@@ -1,0 +1,315 @@
+//! What is outside the program changes, and changes back: clocks, supply, peripherals, registers, flash, voltages, levels, the reader of the log.
+
+use std::io::Write;
+
+use anyhow::{Result, ensure};
+use stm32f4_model::{DmaMemory, FlashOperation, ResetCause, Width};
+
+use super::BoardRun;
+use crate::board::BoardModel;
+use crate::cpu::{Cpu, Machine as _, Reg};
+use crate::inject::{Injection, InjectionKind};
+use crate::random::Random;
+use crate::rtt::RttReading;
+use crate::script::{Inject, Memory, RttReader, Stream};
+use crate::unicorn::RAMS;
+use crate::waveform::{Wave, Waveform};
+
+/// Supply of the chip while nothing is wrong, V.
+const SUPPLY_V: f64 = 3.0;
+/// Control register 1 of TIM2.
+const TIM2_CR1: u32 = 0x4000_0000;
+/// Period, prescaler and counter of TIM1, which makes the servo frames.
+const TIM1_CNT: u32 = 0x4001_0024;
+const TIM1_ARR: u32 = 0x4001_002C;
+const TIM1_CR1: u32 = 0x4001_0000;
+/// Registers of the flash interface.
+const FLASH_KEYR: u32 = 0x4002_3C04;
+const FLASH_CR: u32 = 0x4002_3C10;
+const FLASH_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// A frequency of the crystal that changes evenly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Drift {
+    /// Beginning and end, s.
+    from_s: f64,
+    until_s: f64,
+    /// Frequency at the beginning and at the end, Hz.
+    from_hz: f64,
+    to_hz: f64,
+}
+
+impl Drift {
+    fn hz_at(&self, seconds: f64) -> f64 {
+        let part = ((seconds - self.from_s) / (self.until_s - self.from_s)).clamp(0.0, 1.0);
+        self.from_hz + (self.to_hz - self.from_hz) * part
+    }
+}
+
+impl<W: Write> BoardRun<'_, W> {
+    /// Changes what is outside the program.
+    pub(super) fn disturb(&mut self, kind: &InjectionKind) -> Result<()> {
+        if let InjectionKind::Flip { address, mask } = *kind
+            && let Some(word) = self.cpu.read_word(address)
+        {
+            ensure!(
+                self.cpu.write_ram(address, &(word ^ mask).to_le_bytes()),
+                "{address:#010x} is neither a register nor in RAM"
+            );
+            return Ok(());
+        }
+        if let InjectionKind::Other(Inject::Flash { address, half }) = *kind {
+            self.cpu.patch_flash(address, half)?;
+            return Ok(());
+        }
+        if let InjectionKind::Other(inject) = kind {
+            self.disturb_core(inject);
+            self.disturb_run(inject);
+        }
+        let (mut board, mut memory) = self.cpu.machine_and_memory();
+        match *kind {
+            InjectionKind::Flip { address, mask } => {
+                let word = board.soc.read(address, Width::Word);
+                board.soc.write(address, Width::Word, word ^ mask);
+            }
+            InjectionKind::Crystal => board.soc.fail_hse(),
+            InjectionKind::Trigger => board.soc.write(TIM2_CR1, Width::Word, 0),
+            InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
+            InjectionKind::Overrun => board.soc.force_overrun(0),
+            InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
+            InjectionKind::Halt => {
+                board.scs.debugger = true;
+                board.soc.halt();
+            }
+            InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
+            InjectionKind::Supply(volts) => board.plant.hold_supply(Some(volts)),
+            InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
+            InjectionKind::Level(pin, high) => {
+                let now = board.seconds();
+                board.plant.drive(pin, Waveform::from(Wave::level(pin, high), now));
+            }
+            InjectionKind::Slow(cpi) => board.set_cpi(cpi),
+            InjectionKind::Other(ref inject) => disturb_board(&mut board, inject, &mut memory),
+            // These change the program, which `inject_due` does.
+            InjectionKind::Hang(_) | InjectionKind::Fault(_) | InjectionKind::Panic(..) => {}
+        }
+        // The clock, and with it the deadline, may have changed.
+        board.sync(&mut memory);
+        Ok(())
+    }
+
+    /// Changes a register of the core.
+    fn disturb_core(&mut self, inject: &Inject) {
+        let (register, value) = match *inject {
+            Inject::CoreFlip { register, bit } => (register, self.cpu.reg(register.0) ^ 1 << bit),
+            Inject::CoreSet { register, value } => (register, value),
+            _ => return,
+        };
+        // The two low bits of the stack pointer are always 0 (PM0214 2.1.3), bit 0 of the program counter too.
+        let value = match register.0 {
+            Reg::Sp => value & !3,
+            Reg::Pc => value & !1,
+            _ => value,
+        };
+        self.cpu.set_reg(register.0, value);
+    }
+
+    /// Changes what the run itself does: the reader of the log, a drift, what follows later.
+    fn disturb_run(&mut self, inject: &Inject) {
+        let now = self.cpu.machine().seconds();
+        match *inject {
+            Inject::Rtt(reader) => self.read_log(match reader {
+                RttReader::Stopped => RttReading::Nothing,
+                RttReader::Byte => RttReading::Byte,
+            }),
+            Inject::CrystalDrift { to_hz, over_ms } => {
+                let from_hz = self.cpu.machine().soc.hse_hz();
+                self.drift = Some(Drift { from_s: now, until_s: now + over_ms * 1e-3, from_hz, to_hz });
+            }
+            Inject::PowerCycle { ram: Memory::Scrambled, seed } => self.scramble = Some(seed),
+            Inject::FlashErase { cut_ms: Some(ms), .. } => self.cut_power(now + ms * 1e-3),
+            Inject::FlashProgram { cut_us: Some(us), .. } => self.cut_power(now + us * 1e-6),
+            _ => {}
+        }
+    }
+
+    fn read_log(&mut self, reading: RttReading) {
+        if let Some(rtt) = &mut self.rtt {
+            rtt.reading = reading;
+        }
+    }
+
+    fn cut_power(&mut self, at: f64) {
+        let cycle = Inject::PowerCycle { ram: Memory::Kept, seed: 0 };
+        self.injections
+            .push(Injection::new(InjectionKind::Other(cycle), "the power is lost".into(), at).lasting(Some(0.0)));
+    }
+
+    /// Ends an injection: what it changed is as before.
+    pub(super) fn end_injection(&mut self, n: usize, kind: &InjectionKind) -> Result<()> {
+        self.injections[n].note_end();
+        if let (InjectionKind::Hang(address), Some(half)) = (kind, self.injections[n].replaced.take()) {
+            self.cpu.patch_flash(*address, half)?;
+        }
+        if let InjectionKind::Other(Inject::Rtt(_)) = kind {
+            self.read_log(RttReading::new(self.options.drain));
+        }
+        if let InjectionKind::Other(Inject::CrystalDrift { .. }) = kind {
+            self.drift = None;
+        }
+        let cpi = self.options.cpi;
+        let (mut board, mut memory) = self.cpu.machine_and_memory();
+        match *kind {
+            InjectionKind::Supply(_) => board.plant.hold_supply(None),
+            InjectionKind::Volts(pin, _) => board.plant.release_volts(pin),
+            InjectionKind::Level(pin, _) => board.plant.release(pin),
+            InjectionKind::Slow(_) => board.set_cpi(cpi),
+            InjectionKind::Other(ref inject) => end_on_board(&mut board, inject),
+            _ => {}
+        }
+        board.sync(&mut memory);
+        drop(board);
+        self.schedule_stop();
+        Ok(())
+    }
+
+    /// Follows a drift of the crystal, once a virtual millisecond.
+    pub(super) fn drift(&mut self, seconds: f64) {
+        let Some(drift) = self.drift else { return };
+        let (mut board, mut memory) = self.cpu.machine_and_memory();
+        board.soc.set_hse_hz(drift.hz_at(seconds));
+        board.sync(&mut memory);
+        drop(board);
+        if seconds >= drift.until_s {
+            self.drift = None;
+        }
+    }
+
+    /// Applies operations of the flash to the memory. The bits that a cut one has changed are drawn by its address and its part.
+    pub(super) fn change_flash(&mut self, operations: &[FlashOperation]) -> Result<()> {
+        for operation in operations {
+            let mut bytes = vec![0; operation.bytes() as usize];
+            ensure!(
+                self.cpu.read_memory(operation.address, &mut bytes),
+                "the flash has no {} bytes from {:#010x} on",
+                bytes.len(),
+                operation.address
+            );
+            let mut random = Random(u64::from(operation.address) << 32 ^ operation.done.to_bits());
+            operation.apply(&mut bytes, || random.part());
+            self.cpu.write_flash(operation.address, &bytes)?;
+        }
+        Ok(())
+    }
+
+    /// What a reset does to flash and RAM.
+    pub(super) fn change_memory(&mut self, cause: ResetCause) -> Result<()> {
+        let cut = self.cpu.machine().soc.take_flash_operations();
+        self.change_flash(&cut)?;
+        if cause != ResetCause::PowerOn {
+            return Ok(());
+        }
+        let Some(mut random) = self.scramble.take().map(Random) else { return Ok(()) };
+        for (base, size) in RAMS {
+            let words = (0..size / 8).flat_map(|_| random.number().to_le_bytes());
+            let bytes: Vec<u8> = words.collect();
+            ensure!(self.cpu.write_ram(base, &bytes), "the RAM from {base:#010x} on cannot be written");
+        }
+        Ok(())
+    }
+
+    /// Time until the servo timer has counted to a phase of its frame, s; 0 while it does not count. TIM1 counts microseconds.
+    pub(super) fn until_phase(&mut self, phase_us: f64) -> f64 {
+        let mut board = self.cpu.machine();
+        let [control, count, last] = [TIM1_CR1, TIM1_CNT, TIM1_ARR].map(|at| board.soc.read(at, Width::Word));
+        if control & 1 == 0 {
+            return 0.0;
+        }
+        (phase_us - f64::from(count)).rem_euclid(f64::from(last) + 1.0) * 1e-6
+    }
+}
+
+fn disturb_board(board: &mut BoardModel, inject: &Inject, memory: &mut dyn DmaMemory) {
+    let now = board.seconds();
+    match *inject {
+        Inject::CrystalHz(hz) => board.soc.set_hse_hz(hz),
+        Inject::Pll(factor) => board.soc.set_pll_factor(factor),
+        Inject::Vdd(volts) => {
+            board.soc.set_supply(volts);
+            // The analogue supply is connected to it. Without one nothing converts; the converter divides by it.
+            board.plant.hold_supply(Some(volts.max(0.1)));
+        }
+        Inject::PowerCycle { .. } => board.soc.set_supply(0.0),
+        Inject::ResetButton => board.soc.pull_reset_pin(true),
+        Inject::FlashErase { sector, .. } => {
+            let (erase, by_words, start) = (1 << 1, 2 << 8, 1 << 16);
+            unlock_flash(board);
+            board.soc.write(FLASH_CR, Width::Word, erase | sector << 3 | by_words | start);
+        }
+        Inject::FlashProgram { address, value, .. } => {
+            let (program, by_words) = (1, 2 << 8);
+            unlock_flash(board);
+            board.soc.write(FLASH_CR, Width::Word, program | by_words);
+            board.soc.store_to_flash(address, Width::Word, value);
+        }
+        Inject::TransferStall(Stream { controller, stream }) => {
+            board.soc.stall_stream(usize::from(controller) - 1, stream.into(), true);
+        }
+        Inject::TransferLost(Stream { controller, stream }) => {
+            board.soc.lose_next_request(usize::from(controller) - 1, stream.into());
+        }
+        Inject::ConversionStall => board.soc.hold_conversions(0, true),
+        Inject::StuckCode(code) => board.soc.set_stuck_bits(0, !code, code),
+        Inject::StuckBits { low, high } => board.soc.set_stuck_bits(0, low, high),
+        Inject::Exception { number, enable } => {
+            if enable {
+                board.nvic.enable(number);
+            }
+            board.nvic.pend(number);
+        }
+        Inject::Reset(cause) => board.reset = Some(cause.into()),
+        Inject::Write { address, value } => board.store(address, Width::Word, value, memory),
+        Inject::Wave(ref wave) => board.plant.drive(wave.pin.0, Waveform::from(wave.clone(), now)),
+        _ => {}
+    }
+}
+
+fn end_on_board(board: &mut BoardModel, inject: &Inject) {
+    let crystal_hz = f64::from(board.soc.config().hse_hz);
+    match *inject {
+        Inject::CrystalHz(_) | Inject::CrystalDrift { .. } => board.soc.set_hse_hz(crystal_hz),
+        Inject::Pll(_) => board.soc.set_pll_factor(1.0),
+        Inject::Vdd(_) => {
+            board.plant.hold_supply(None);
+            board.soc.set_supply(SUPPLY_V);
+        }
+        Inject::PowerCycle { .. } => board.soc.set_supply(SUPPLY_V),
+        Inject::ResetButton => board.soc.pull_reset_pin(false),
+        Inject::TransferStall(Stream { controller, stream }) => {
+            board.soc.stall_stream(usize::from(controller) - 1, stream.into(), false);
+        }
+        Inject::ConversionStall => board.soc.hold_conversions(0, false),
+        Inject::StuckCode(_) | Inject::StuckBits { .. } => board.soc.set_stuck_bits(0, 0, 0),
+        Inject::Wave(ref wave) => board.plant.release(wave.pin.0),
+        _ => {}
+    }
+}
+
+/// Writes the keys where the interface is locked, as a debugger does.
+fn unlock_flash(board: &mut BoardModel) {
+    const LOCK: u32 = 1 << 31;
+    if board.soc.read(FLASH_CR, Width::Word) & LOCK != 0 {
+        FLASH_KEYS.into_iter().for_each(|key| board.soc.write(FLASH_KEYR, Width::Word, key));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drift_is_even_and_stays_at_its_end() {
+        let drift = Drift { from_s: 1.0, until_s: 3.0, from_hz: 8e6, to_hz: 9e6 };
+        assert_eq!([0.5, 1.0, 2.0, 3.0, 4.0].map(|t| drift.hz_at(t)), [8e6, 8e6, 8.5e6, 9e6, 9e6]);
+    }
+}
