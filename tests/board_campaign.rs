@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         several_faults_at_once_leave_the_pulses_inside_the_limits(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
         a_state_that_is_not_as_declared_ends_the_campaign(Image),
-        servos_that_are_driven_without_a_gesture_are_noticed(Image),
+        pulses_that_no_hold_armed_are_noticed(Image),
     ])
 }
 
@@ -205,20 +205,29 @@ fn a_state_that_is_not_as_declared_ends_the_campaign() {
     );
 }
 
-/// A hold of the button that the sequence does not call a gesture.
-fn servos_that_are_driven_without_a_gesture_are_noticed() {
-    let level =
-        |at_s: f64, high: bool| format!("{{ at_s = {at_s}, what = {{ level = {{ pin = \"PA0\", high = {high} }} }} }}");
+/// A control task that hangs while something else switches outputs and supply on: no hold of the button armed these pulses.
+fn pulses_that_no_hold_armed_are_noticed() {
+    let at = |at_s: f64, what: &str| format!("{{ at_s = {at_s}, what = {{ {what} }} }}");
+    let injects = [
+        // Nothing resets the board meanwhile.
+        at(0.001, "lsi = 0"),
+        at(0.001, "hang = \"control_step\""),
+        // The width of the left hip, the main output enable, the supply of the servos.
+        at(0.003, "write = { address = 0x4001_0034, value = 1500 }"),
+        at(0.003, "flip = { address = 0x4001_0044, mask = 0x8000 }"),
+        at(0.003, "write = { address = 0x4002_0818, value = 0x100 }"),
+    ];
     let text = format!(
-        "{}[[sequence]]\nname = \"a\"\nstate = \"disarmed\"\nlasts_s = 1\ninject = [{}, {}]\n",
+        "{}[[sequence]]\nname = \"a\"\nstate = \"disarmed\"\nlasts_s = 0.1\ninject = [{}]\n",
         head(),
-        level(0.1, true),
-        level(0.6, false)
+        injects.join(", ")
     );
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), text).expect("written");
     let outcome = campaign::run(file.path(), "walk", &[]);
-    assert_eq!((outcome.code, outcome.cases.len()), (Some(1), 1), "{}", outcome.said);
+    assert_eq!((outcome.code, outcome.cases.len()), (Some(1), 1), "{}\n{:?}", outcome.said, outcome.cases);
     let why = outcome.cases[0]["why"].as_str().expect("a reason");
-    assert!(why.contains("the servos are driven at 0.7") && why.contains("without a gesture"), "{why}");
+    assert!(why.contains("no hold of the button armed it"), "{why}");
+    let drives = outcome.cases[0]["drives_s"].as_array().expect("times").len();
+    assert_eq!(drives, 1, "{:?}", outcome.cases);
 }
