@@ -2,17 +2,17 @@
 //!
 //! | module | what Python gets from it |
 //! |---|---|
-//! | [`generator`] | `Generator`: generators of files, gaits by name, followers |
-//! | [`stepped`] | generators of four, six and eight joints behind one trait |
-//! | [`tracking`] | the status of a follower |
-//! | [`recording`] | `read`, `Recording`, `Conditioned`: recordings of gait |
-//! | [`fit`] | `fit`, `Fit` |
-//! | [`certificate`] | `certify`, `Certificate` |
-//! | [`joint_loop`] | `JointLoop`: the control loop of a board |
-//! | [`capture`] | `read_capture`, `Capture`: recordings of a board, and their replay |
-//! | [`arguments`] | checks of arguments, with what is allowed |
-//! | [`arrays`] | arrays of numpy, and the result types of the Python part |
-//! | [`error`] | exceptions with the words of the errors of the crates |
+//! | `generator` | `Generator`: generators of files, gaits by name, followers |
+//! | `stepped` | generators of four, six and eight joints behind one trait |
+//! | `tracking` | the status of a follower |
+//! | `recording` | `read`, `Recording`, `Conditioned`: recordings of gait |
+//! | `fit` | `fit`, `Fit` |
+//! | `certificate` | `certify`, `Certificate` |
+//! | `joint_loop` | `JointLoop`: the control loop of a board |
+//! | `capture` | `read_capture`, `Capture`: recordings of a board, and their replay |
+//! | `arguments` | checks of arguments, with what is allowed |
+//! | `arrays` | arrays of numpy, and the result types of the Python part |
+//! | `error` | exceptions with the words of the errors of the crates |
 
 mod arguments;
 mod arrays;

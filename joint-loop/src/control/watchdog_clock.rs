@@ -5,7 +5,7 @@
 
 use crate::control::supervisor::{Cause, Demand};
 
-/// Slowest oscillator for which the board's watchdog resets in time, Hz: the least of the data sheets of the STM32F407 and STM32F446.
+/// Slowest oscillator for which the board's watchdog resets in time, Hz: the least of the data sheets of the boards' chips.
 pub const SLOWEST_HZ: u32 = 17_000;
 /// Fastest oscillator for which it does not reset a board that works, Hz: the most of these data sheets.
 pub const FASTEST_HZ: u32 = 47_000;

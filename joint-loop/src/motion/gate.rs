@@ -21,50 +21,15 @@
 //! A target that moves by w in this tick is approached relative to its motion: the joint steps by w + u, with the largest u
 //! that can be braked within the remaining distance. So it reaches the target without overshoot and then stays on it exactly.
 
+mod bounds;
+mod status;
+
+pub use status::GateStatus;
+
 use crate::error::LoopError;
 use crate::motion::limits::{Edge, Limits, STEPS};
 use crate::setup::robot::{GateConfig, POSE_LIMITS};
 use joint_units::{Joint, Period, Radians};
-
-/// Limits that changed setpoints in a tick: a set of bits. A limit is a status, not a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct GateStatus(u8);
-
-impl GateStatus {
-    /// No limit.
-    pub const NONE: Self = Self(0);
-    /// The range of a joint.
-    pub const RANGE: Self = Self(1 << 0);
-    /// An edge of the pose envelope.
-    pub const POSE: Self = Self(1 << 1);
-    /// The rate limit.
-    pub const RATE: Self = Self(1 << 2);
-    /// The acceleration limit, which includes the braking distance before a target.
-    pub const ACCELERATION: Self = Self(1 << 3);
-
-    /// Bits, for the wire format.
-    #[must_use]
-    pub const fn bits(self) -> u8 {
-        self.0
-    }
-
-    /// Whether any limit acted.
-    #[must_use]
-    pub const fn any(self) -> bool {
-        self.0 != 0
-    }
-
-    /// Whether all limits of `other` acted.
-    #[must_use]
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
 
 /// Error of a target that is infinite or NaN. The state of the gate is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -241,112 +206,6 @@ impl Gate {
             }
         }
         Allowed { kept, aimed, goal, status }
-    }
-
-    /// The joints that an edge of the envelope may bound in this tick: a bit each.
-    fn near_edges(&self, before: &GateState) -> u8 {
-        let mut near = 0;
-        for edge in self.pose.iter().flatten() {
-            if edge.sum(&before.position) > edge.far {
-                for joint in edge.joints {
-                    near |= 1 << (joint as usize & 3);
-                }
-            }
-        }
-        near
-    }
-
-    /// [`Gate::admit`] for a joint that is far from each edge of the envelope: only rate and acceleration bound its step, unless it moves
-    /// towards an end of its range that is near; then `None`.
-    ///
-    /// A bound with the room `rate + brake(rate)` or more allows every step within the rate. A joint that does not move towards an end of
-    /// its range is not bounded by it, since it is inside.
-    fn admit_far(&self, before: &GateState, joint: Joint, asked: i32) -> Option<(i32, GateStatus)> {
-        let at = joint as usize & 3;
-        let (position, limits) = (before.position[at], &self.joints[at]);
-        let (low, high) = own_bounds(limits, before.step[at]);
-        let (step, why) = nearest(asked, low, high);
-        let room = match step {
-            1.. => limits.most - position,
-            0 => return Some((step, why)),
-            ..0 => position - limits.least,
-        };
-        (room >= limits.room).then_some((step, why))
-    }
-
-    /// The viable step nearest to `asked`, and the limit that bounds it.
-    ///
-    /// In `now` the joints before this one have their state of this tick, the others that of the last.
-    fn admit(&self, now: &GateState, before: &GateState, joint: Joint, asked: i32) -> (i32, GateStatus) {
-        let at = joint as usize & 3;
-        let limits = &self.joints[at];
-        let position = i64::from(before.position[at]);
-        let (mut low, mut high) = own_bounds(limits, before.step[at]);
-        let mut bound = |sign: i64, margin: i64, why| {
-            // With more room, the rate is the stricter bound.
-            if margin >= i64::from(limits.room) {
-                return;
-            }
-            let most = limits.reach(margin) as i32;
-            if sign > 0 && most < high.0 {
-                high = (most, why);
-            } else if sign < 0 && -most > low.0 {
-                low = (-most, why);
-            }
-        };
-        bound(1, i64::from(limits.most) - position, GateStatus::RANGE);
-        bound(-1, position - i64::from(limits.least), GateStatus::RANGE);
-        for edge in self.pose.iter().flatten() {
-            let ([first, second], second_sign) = (edge.joints, i64::from(edge.sign));
-            let (partner, sign, partner_sign) = match joint {
-                joint if joint == first => (second, 1, second_sign),
-                joint if joint == second => (first, second_sign, 1),
-                _ => continue,
-            };
-            // A joint later in order has not moved yet: its braking path is reserved.
-            let peak = self.peak(now, partner, partner_sign, (partner as usize) > at);
-            bound(sign, i64::from(edge.most) - sign * position - peak, GateStatus::POSE);
-        }
-        nearest(asked, low, high)
-    }
-
-    /// The furthest `sign * q` that a joint reaches while it brakes; with `from_next` the braking includes this tick.
-    fn peak(&self, state: &GateState, joint: Joint, sign: i64, from_next: bool) -> i64 {
-        let at = joint as usize & 3;
-        let (here, outward) = (sign * i64::from(state.position[at]), sign * i64::from(state.step[at]));
-        let limits = &self.joints[at];
-        if outward > 0 {
-            here + limits.brake(outward)
-        } else if from_next {
-            here + (outward + i64::from(limits.acceleration.get())).min(0)
-        } else {
-            here
-        }
-    }
-}
-
-/// A bound of a step, and the limit that it comes from.
-type Bound = (i32, GateStatus);
-
-/// Lower and upper bound of a step by acceleration and rate.
-fn own_bounds(limits: &Limits, last: i32) -> (Bound, Bound) {
-    // At most twice the rate.
-    let a = limits.acceleration.get() as i32;
-    let low =
-        if -limits.rate > last - a { (-limits.rate, GateStatus::RATE) } else { (last - a, GateStatus::ACCELERATION) };
-    let high =
-        if limits.rate < last + a { (limits.rate, GateStatus::RATE) } else { (last + a, GateStatus::ACCELERATION) };
-    (low, high)
-}
-
-/// The step nearest to `asked` within the bounds, and the limit of the bound that acts.
-fn nearest(asked: i32, low: Bound, high: Bound) -> Bound {
-    if asked > high.0 {
-        high
-    } else if asked < low.0 {
-        low
-    } else {
-        (asked, GateStatus::ACCELERATION)
     }
 }
 

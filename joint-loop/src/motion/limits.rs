@@ -18,8 +18,8 @@ pub(crate) struct Limits {
     /// At most 18 rad/s for 10 ms, so well within an `i32`.
     pub(crate) rate: i32,
     pub(crate) acceleration: NonZeroU32,
-    /// `rate + brake(rate)`: with so much room or more, a bound allows every step that the rate allows. Braking takes at most 90 degrees.
-    pub(crate) room: i32,
+    /// `rate + brake(rate)`: with so much clearance or more, a bound allows every step that the rate allows. Braking takes at most 90 degrees.
+    pub(crate) clearance: i32,
 }
 
 /// Bound on two joints: `q[joints[0]] + sign q[joints[1]] <= most`.
@@ -29,7 +29,7 @@ pub(crate) struct Edge {
     /// 1 or -1.
     pub(crate) sign: i32,
     pub(crate) most: i32,
-    /// Up to this sum, the edge bounds no step of its joints: `most` less the room of both.
+    /// Up to this sum, the edge bounds no step of its joints: `most` less the clearance of both.
     pub(crate) far: i32,
 }
 
@@ -63,8 +63,8 @@ impl Limits {
         let rate = (rate * dt * STEPS) as u32;
         let acceleration = ((acceleration * dt * dt * STEPS) as u32).min(rate.saturating_mul(2));
         let acceleration = NonZeroU32::new(acceleration).unwrap_or(NonZeroU32::MIN);
-        let mut limits = Self { least, most, rate: rate as i32, acceleration, room: 0 };
-        limits.room = (i64::from(limits.rate) + limits.brake(i64::from(limits.rate))) as i32;
+        let mut limits = Self { least, most, rate: rate as i32, acceleration, clearance: 0 };
+        limits.clearance = (i64::from(limits.rate) + limits.brake(i64::from(limits.rate))) as i32;
         Ok(limits)
     }
 
@@ -106,7 +106,7 @@ impl Edge {
             PoseSense::Difference => -1,
         };
         let pair = [limit.first, limit.second];
-        let [first, second] = pair.map(|joint| joints[joint as usize & 3].room);
+        let [first, second] = pair.map(|joint| joints[joint as usize & 3].clearance);
         Ok(Self { joints: pair, sign, most, far: most.saturating_sub(first).saturating_sub(second) })
     }
 

@@ -13,7 +13,7 @@ use crate::image::Function;
 
 /// What a function does that others have to know.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Body {
+pub struct Effects {
     /// Addresses outside of the function that it calls or branches to.
     pub targets: Vec<u32>,
     /// Addresses of its calls and branches through a register.
@@ -41,8 +41,8 @@ impl Disassembler {
     /// # Errors
     ///
     /// For bytes that are no instruction, and for an instruction that changes the stack pointer in a way that is not known here.
-    pub fn body(&self, function: &Function) -> Result<Body> {
-        let mut body = Body::default();
+    pub fn effects(&self, function: &Function) -> Result<Effects> {
+        let mut effects = Effects::default();
         for (address, bytes) in &function.code {
             let instructions = self.0.disasm_all(bytes, u64::from(*address));
             let instructions = instructions.map_err(|error| anyhow::anyhow!("disassembling: {error}"))?;
@@ -53,15 +53,15 @@ impl Disassembler {
                 let text = || format!("{}: {at:#010x}: {instruction}", function.name());
                 match flow(instruction).with_context(text)? {
                     Flow::To(target) if !(function.address..function.end).contains(&target) => {
-                        body.targets.push(target)
+                        effects.targets.push(target)
                     }
-                    Flow::Pointer => body.indirect.push(at),
+                    Flow::Pointer => effects.indirect.push(at),
                     Flow::To(_) | Flow::Next => {}
                 }
-                body.frame += lowered(instruction).with_context(text)?;
+                effects.frame += lowered(instruction).with_context(text)?;
             }
         }
-        Ok(body)
+        Ok(effects)
     }
 }
 

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result, bail};
 use petgraph::graph::{DiGraph, NodeIndex};
 
-use crate::code::{Body, Disassembler};
+use crate::code::{Disassembler, Effects};
 use crate::image::Image;
 use crate::indirect::POINTERS;
 
@@ -14,7 +14,7 @@ use crate::indirect::POINTERS;
 #[derive(Debug)]
 pub struct Calls {
     /// What each function does.
-    pub bodies: Vec<Body>,
+    pub effects: Vec<Effects>,
     /// The functions that each one calls, branches to, or reaches through a pointer.
     pub callees: Vec<Vec<usize>>,
     /// Functions with a call through a pointer that [`POINTERS`] does not list.
@@ -26,19 +26,19 @@ impl Calls {
     ///
     /// # Errors
     ///
-    /// As [`Disassembler::body`]; and when a function branches to something that is none.
+    /// As [`Disassembler::effects`]; and when a function branches to something that is none.
     pub fn of(image: &Image) -> Result<Self> {
         let disassembler = Disassembler::new()?;
-        let (mut bodies, mut callees, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut effects, mut callees, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
         for (index, function) in image.functions.iter().enumerate() {
-            let body = disassembler.body(function)?;
+            let own = disassembler.effects(function)?;
             let mut called = Vec::new();
-            for &target in &body.targets {
+            for &target in &own.targets {
                 called.push(image.function_at(target).with_context(|| {
                     format!("{} branches to {target:#010x}, which is in no function", function.name())
                 })?);
             }
-            if !body.indirect.is_empty() {
+            if !own.indirect.is_empty() {
                 let listed: Vec<_> = POINTERS.iter().filter(|pointer| function.is(pointer.within)).collect();
                 if listed.is_empty() {
                     unknown.push(index);
@@ -49,10 +49,10 @@ impl Calls {
             }
             called.sort_unstable();
             called.dedup();
-            bodies.push(body);
+            effects.push(own);
             callees.push(called);
         }
-        Ok(Self { bodies, callees, unknown })
+        Ok(Self { effects, callees, unknown })
     }
 
     /// Every function that can be reached from the root, with the one that calls it first; the root itself has none.
@@ -65,7 +65,7 @@ impl Calls {
         let mut open = std::collections::VecDeque::from([root]);
         while let Some(caller) = open.pop_front() {
             if self.unknown.contains(&caller) {
-                let at: Vec<String> = self.bodies[caller].indirect.iter().map(|at| format!("{at:#010x}")).collect();
+                let at: Vec<String> = self.effects[caller].indirect.iter().map(|at| format!("{at:#010x}")).collect();
                 bail!(
                     "{} calls through a pointer (at {}); list in tools/audit/src/indirect.rs where that can lead\n{}",
                     image.functions[caller].name(),

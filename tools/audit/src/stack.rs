@@ -95,7 +95,7 @@ pub fn bound(image: &Image, calls: &Calls) -> Result<Bound> {
     let running = image.named("embassy_executor::platform::thread::Executor>::run");
     let [running] = running.as_slice() else { bail!("the image has no executor of the thread") };
     let entry = image.named("__cortex_m_rt_main");
-    let frame = entry.iter().chain([&main]).map(|&index| calls.bodies[index].frame).sum();
+    let frame = entry.iter().chain([&main]).map(|&index| calls.effects[index].frame).sum();
     let handler = |name: &str| -> Result<u32> {
         let root = image.only(name)?;
         calls.reached(image, root)?;
@@ -124,7 +124,7 @@ fn passed(image: &Image, calls: &Calls, members: &[usize]) -> Option<u32> {
     let through = |recursion: &&Recursion| members.iter().any(|&at| image.functions[at].is(recursion.through));
     let listed = RECURSIONS.iter().find(through)?;
     let again = |&&at: &&usize| listed.again.iter().any(|part| image.functions[at].is(part));
-    let frames: u32 = members.iter().filter(again).map(|&at| calls.bodies[at].frame).sum();
+    let frames: u32 = members.iter().filter(again).map(|&at| calls.effects[at].frame).sum();
     Some(frames * (listed.times - 1))
 }
 
@@ -146,7 +146,7 @@ impl Depths {
         for circle in tarjan_scc(&calls.graph()) {
             let members: Vec<usize> = circle.iter().map(|node| node.index()).collect();
             let names: Vec<&str> = members.iter().map(|&at| image.functions[at].name()).collect();
-            let frames: u32 = members.iter().map(|&at| calls.bodies[at].frame).sum();
+            let frames: u32 = members.iter().map(|&at| calls.effects[at].frame).sum();
             let is_circle = members.len() > 1 || calls.callees[members[0]].contains(&members[0]);
             let own = if is_circle { passed(image, calls, &members).map(|more| frames + more) } else { Some(frames) };
             let outside = members.iter().flat_map(|&at| &calls.callees[at]).filter(|callee| !members.contains(callee));

@@ -1,11 +1,11 @@
 //! `cargo xtask soak`: hours of the flashed image on the virtual board, in pieces side by side, with the log not attached, read, and attached but
 //! not read.
 
+mod bench;
 mod judge;
 mod piece;
 mod table;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,12 +15,11 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::board::{Board, Drive};
-use crate::campaign;
 use crate::probe::Sector;
 use crate::record;
 use crate::setup::Need;
-use crate::shell;
 use crate::workspace::Workspace;
+use bench::Bench;
 use piece::{Log, Piece, Ran};
 
 /// Longest piece, virtual seconds: the timer of the microseconds, 32 bits, wraps after 4295 s.
@@ -47,15 +46,6 @@ fn hours(text: &str) -> Result<f64, String> {
     let least = 3.0 * SHORTEST_PIECE_S / 3600.0;
     let hours = text.parse::<f64>().ok().filter(|hours| (least..=10_000.0).contains(hours));
     hours.ok_or_else(|| format!("allowed is a number of virtual hours from {least:.3} to 10000"))
-}
-
-/// What every piece is run with.
-#[derive(Debug)]
-pub(crate) struct Bench {
-    virtual_board: PathBuf,
-    footfall: PathBuf,
-    elf: PathBuf,
-    robot: PathBuf,
 }
 
 /// Builds what is needed, runs the pieces, and prints what came of them.
@@ -130,15 +120,6 @@ fn run_all(bench: &Bench, pieces: &[Piece], jobs: usize) -> Result<Vec<Ran>> {
     let mut ran = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     ran.sort_by_key(|ran| (ran.piece.log as u8, ran.piece.number));
     Ok(ran)
-}
-
-/// A command with the options of the virtual board that every piece has.
-fn board_command(bench: &Bench, secs: f64) -> std::process::Command {
-    let mut command = shell::command(&bench.virtual_board);
-    command.arg(&bench.elf).args(["--emergency-stop", "0.05:0.05", "--loop", "--volts", campaign::VOLTS]);
-    command.arg("--flash").arg(format!("{:#010x}={}", Sector::Robot.address(), bench.robot.display()));
-    command.args(["--secs", &secs.to_string()]);
-    command
 }
 
 #[cfg(test)]

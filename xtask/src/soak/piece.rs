@@ -8,8 +8,8 @@ use std::thread;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
+use super::bench::Bench;
 use super::judge::Judge;
-use super::{Bench, board_command};
 use crate::shell;
 
 /// Before its end a piece stops: the outputs are off when it ends.
@@ -119,7 +119,7 @@ impl Piece {
     /// Runs it to its end.
     pub(crate) fn run(&self, bench: &Bench, reached: &Reached) -> Result<Ran> {
         let hold_s = FIRST_HOLD_S + LATER_S * f64::from(self.number % 8);
-        let mut command = board_command(bench, self.secs);
+        let mut command = bench.board_command(self.secs);
         command.args([
             "--press",
             &format!("{hold_s}:{HOLD_S}"),

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::steps::{State, passed, tests};
+use super::state::{State, passed, tests};
 use crate::board::{Board, Drive};
 use crate::ratchet;
 use crate::shell;

@@ -7,6 +7,7 @@ mod counts;
 mod judged;
 mod programs;
 mod python;
+mod state;
 mod steps;
 mod summary;
 
@@ -18,7 +19,8 @@ use clap::builder::PossibleValuesParser;
 
 use crate::setup::{Need, Required};
 use crate::workspace::Workspace;
-use steps::{CannotRun, STEPS, State, Step};
+use state::{CannotRun, State};
+use steps::{STEPS, Step};
 use summary::{Outcome, Row};
 
 /// Options of `cargo xtask test`.

@@ -206,8 +206,8 @@ mod tests {
     #[test]
     fn an_error_names_its_line_and_what_is_allowed() {
         let event =
-            |body: &str| format!("# a script\n\n[[event]]\nat_s = 1\ninject = \"crystal\"\n[[event]]\n{body}\n");
-        for (body, words) in [
+            |text: &str| format!("# a script\n\n[[event]]\nat_s = 1\ninject = \"crystal\"\n[[event]]\n{text}\n");
+        for (text, words) in [
             ("at_s = 1\ninject = \"crystal\"\nwhen = 2", &["line 9", "unknown field `when`", "`phase_us`"][..]),
             ("at_s = 1\ninject = \"quake\"", &["line 8", "unknown variant `quake`", "`crystal-hz`"]),
             ("at_s = 1\ntick = 2\ninject = \"crystal\"", &["line 6", "one moment: at_s, tick, call or on"]),
@@ -222,8 +222,8 @@ mod tests {
             ("at_s = 1\nevery_ms = 0\ntimes = 2\ninject = \"panic\"", &["line 6", "every_ms"]),
             ("at_s = 1\ninject = { stuck-code = 5000 }", &["line 6", "allowed are 0 to 4095"]),
         ] {
-            let error = format!("{:#}", Script::parse(&event(body)).unwrap_err());
-            assert!(words.iter().all(|words| error.contains(words)), "{body}: {error}");
+            let error = format!("{:#}", Script::parse(&event(text)).unwrap_err());
+            assert!(words.iter().all(|words| error.contains(words)), "{text}: {error}");
         }
         assert!(format!("{:#}", Script::parse("[[events]]\nat_s = 1\n").unwrap_err()).contains("expected `event`"));
     }
