@@ -1,37 +1,40 @@
 //! A sample of the campaign of faults (`cargo xtask campaign`): every fault in one state at one phase at least, each with its reaction in time, and
 //! no pulse beyond the limits of the robot.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
-
-use firmware::board::ROBOT_SECTOR;
-use footfall_tests::recordings::default_volts_file;
-use joint_loop::store::robot_record;
+use footfall_tests::campaign::{self, Outcome, faults_file, head};
+use joint_loop::tuning::{Action, Request};
 use joint_loop::{Direction, GateConfig, ServoConfig};
-use joint_loop::{RecordName, RobotConfig};
-use serde_json::Value;
+use joint_units::{Joint, PulseMicros};
+use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
+use std::process::ExitCode;
 use test_suite::{report, tests};
 
 /// One case of so many: prime to the 20 phases.
-const SAMPLE: &str = "29";
+const SAMPLE: &str = "61";
+/// The runs in which faults are injected.
+const RUNS: [&str; 3] = ["walk", "trim", "follower"];
 
 fn main() -> ExitCode {
     test_suite::run(tests![
         the_limits_are_those_of_the_default_robot(),
+        the_bytes_of_the_trim_are_those_of_a_host(),
+        each_interrupt_without_a_use_is_in_the_file(Image),
         a_sample_of_the_faults_leads_to_the_declared_reactions(Image),
+        every_hang_ends_in_time_at_any_watchdog_clock(Image),
+        several_faults_at_once_leave_the_pulses_inside_the_limits(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
         a_state_that_is_not_as_declared_ends_the_campaign(Image),
+        pulses_that_no_hold_armed_are_noticed(Image),
     ])
 }
 
-fn faults_file() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("campaign/faults.toml")
+/// The project's file as a table.
+fn table() -> toml::Table {
+    std::fs::read_to_string(faults_file()).expect("the file").parse().expect("TOML")
 }
 
 fn the_limits_are_those_of_the_default_robot() {
-    let text = std::fs::read_to_string(faults_file()).expect("the file");
-    let file: toml::Table = text.parse().expect("TOML");
+    let file = table();
     let limit = |key: &str, joint: usize| file["limits"][key][joint].as_float().expect("a number");
     let (gate, servos) = (GateConfig::default_biped(), ServoConfig::default_biped());
     for (joint, servo) in servos.iter().enumerate() {
@@ -49,67 +52,131 @@ fn the_limits_are_those_of_the_default_robot() {
     }
 }
 
-/// The lines of a campaign, and the exit code.
-fn campaign(faults: &Path, every: &str) -> (Vec<Value>, Option<i32>) {
-    let path = |name: &str| std::env::var_os(name).unwrap_or_else(|| panic!("{name}"));
-    let record = tempfile::NamedTempFile::new().expect("a file");
-    let robot = robot_record::record_of(&RobotConfig::default_biped(), &RecordName::BUILT_IN);
-    std::fs::write(record.path(), robot.bytes()).expect("written");
-    let flash = OsString::from(format!("{ROBOT_SECTOR:#010x}={}", record.path().display()));
-    let output = Command::new(path("FOOTFALL_VIRTUAL_BOARD"))
-        .arg(path("FOOTFALL_ELF"))
-        .args(["--loop", "--volts"])
-        .arg(default_volts_file())
-        .arg("--flash")
-        .arg(flash)
-        .arg("--campaign")
-        .arg(faults)
-        .args(["--every", every])
-        .output()
-        .expect("the virtual board starts");
-    let text = String::from_utf8(output.stdout).expect("text");
-    let lines = text.lines().map(|line| serde_json::from_str(line).expect("an object")).collect();
-    (lines, output.status.code())
+fn the_bytes_of_the_trim_are_those_of_a_host() {
+    let file = table();
+    let runs = file["run"].as_array().expect("runs");
+    let trim = runs.iter().find(|run| run["name"].as_str() == Some("trim")).expect("a run with a trim");
+    let sent: Vec<&str> =
+        trim["serial"].as_array().expect("bytes").iter().map(|one| one["bytes"].as_str().expect("text")).collect();
+    let hex = |number: u16, action: Action| {
+        let mut buffer = [0; wire::MAX_FRAME_BYTES];
+        let bytes = wire::frame_request(&Request { number, action }, &mut buffer).expect("it fits");
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>()
+    };
+    let jog = Action::Jog { pulse: PulseMicros(1_560) };
+    assert_eq!(sent, [hex(1, Action::Trim { joint: Joint::LeftHip }), hex(2, jog)]);
+}
+
+/// By the vector table: those whose handler is the default one, or that have none, and the numbers in the file.
+fn each_interrupt_without_a_use_is_in_the_file() {
+    let bytes = std::fs::read(std::env::var_os("FOOTFALL_ELF").expect("FOOTFALL_ELF")).expect("the image");
+    let elf = object::File::parse(&*bytes).expect("an ELF");
+    let symbol = elf.symbols().find(|symbol| symbol.name() == Ok("DefaultHandler")).expect("its default handler");
+    let vectors = elf.section_by_name(".vector_table").expect("a vector table").data().expect("its words");
+    let words = vectors.chunks_exact(4).map(|word| u64::from(u32::from_le_bytes(word.try_into().expect("four"))));
+    // Reset, and what the core does not have.
+    let unused: Vec<i64> = (0..)
+        .zip(words)
+        .filter(|(number, _)| ![0, 1, 7, 8, 9, 10, 13].contains(number))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .filter_map(|(number, word)| (word == 0 || word | 1 == symbol.address() | 1).then_some(number))
+        .collect();
+    let file = table();
+    let numbers = |name: &str| -> Vec<i64> {
+        let all = file["exceptions"].as_array().expect("exceptions").iter();
+        let chosen = all.filter(|one| one["name"].as_str() == Some(name));
+        chosen
+            .flat_map(|one| one["numbers"].as_array().expect("numbers"))
+            .map(|n| n.as_integer().expect("one"))
+            .collect()
+    };
+    // NMI and HardFault have handlers of their own.
+    let of_the_core =
+        [[2, 3].as_slice(), &unused].concat().into_iter().filter(|number| *number < 16).collect::<Vec<_>>();
+    assert_eq!(numbers("an exception of the core"), of_the_core);
+    let lines: Vec<i64> = unused.iter().copied().filter(|number| *number >= 16).collect();
+    for name in ["an interrupt without a use", "an interrupt without a use that is not enabled"] {
+        assert_eq!(numbers(name), lines, "{name}");
+    }
+    let used = [numbers("an interrupt in use, once too often"), numbers("the break interrupt")].concat();
+    assert_eq!(used.len() + lines.len(), vectors.len() / 4 - 16, "the used ones: {used:?}");
+}
+
+/// None is wrong.
+fn assert_good(outcome: &Outcome) {
+    assert_eq!((outcome.code, outcome.wrong().len()), (Some(0), 0), "{}\n{:#?}", outcome.said, outcome.wrong());
 }
 
 fn a_sample_of_the_faults_leads_to_the_declared_reactions() {
-    let (lines, code) = campaign(&faults_file(), SAMPLE);
-    let (cases, end): (Vec<&Value>, Vec<&Value>) = lines.iter().partition(|line| line["type"] == "case");
-    let wrong: Vec<&&Value> = cases.iter().filter(|case| case["good"] != true).collect();
-    assert_eq!((code, wrong.len()), (Some(0), 0), "{wrong:#?}");
-    report!("{} cases of {} faults in {} s, none wrong", cases.len(), end[0]["faults"], end[0]["seconds"]);
-    assert!(cases.len() >= 400 && end[0]["faults"].as_u64() >= Some(240), "{}", cases.len());
-    // Each kind of reaction was seen, and states in which the servos move.
-    for key in ["off_us", "reset_us"] {
-        assert!(cases.iter().filter(|case| case[key].as_f64().is_some_and(|us| us > 0.0)).count() > 5, "{key}");
+    for run in RUNS {
+        let outcome = campaign::run(&faults_file(), run, &["--every", SAMPLE]);
+        assert_good(&outcome);
+        let end = outcome.end.expect("an end");
+        report!("{run}: {} cases of {} faults in {} s, none wrong", outcome.cases.len(), end["faults"], end["seconds"]);
+        assert!(outcome.cases.len() >= 100 && end["faults"].as_u64() >= Some(300), "{}", outcome.cases.len());
+        // Each kind of reaction was seen, and states in which the servos move.
+        let count =
+            |key: &str| outcome.cases.iter().filter(|case| case[key].as_f64().is_some_and(|us| us > 0.0)).count();
+        assert!(count("off_us") > 5 && count("reset_us") > 5);
+        assert!(outcome.cases.iter().any(|case| case["off_us"].is_null()));
     }
-    assert!(cases.iter().any(|case| case["state"] == "walking" && case["off_us"].is_null()));
 }
 
-/// Limits within which no walk fits, and a reaction that does not come.
+/// Tasks and interrupts, at both ends of the watchdog's oscillator: the reset is inside the bound, and a board without a fault is not reset.
+fn every_hang_ends_in_time_at_any_watchdog_clock() {
+    for hz in ["17000", "47000"] {
+        let hangs = campaign::run(&faults_file(), "walk", &["--only", " hang", "--every", "7", "--lsi-hz", hz]);
+        assert_good(&hangs);
+        let latest = hangs.cases.iter().map(|case| case["reset_us"].as_f64().expect("a reset")).fold(0.0, f64::max);
+        report!("LSI {hz} Hz: {} hangs, the latest reset after {:.1} ms", hangs.cases.len(), latest * 1e-3);
+        assert!(hangs.cases.len() >= 70);
+        let healthy =
+            campaign::run(&faults_file(), "walk", &["--only", "loses a result", "--every", "7", "--lsi-hz", hz]);
+        assert_good(&healthy);
+        assert!(healthy.cases.len() >= 10 && healthy.cases.iter().all(|case| case["reset_us"].is_null()));
+    }
+}
+
+fn several_faults_at_once_leave_the_pulses_inside_the_limits() {
+    let mut cases = 0;
+    for run in RUNS {
+        let outcome = campaign::run(&faults_file(), run, &["--several", "150", "--seed", "1"]);
+        assert_good(&outcome);
+        cases += outcome.cases.len();
+    }
+    assert_eq!(cases, 150, "each case is in one of the runs");
+    // A case alone is the same case.
+    let outcome = campaign::run(&faults_file(), "walk", &["--several", "150"]);
+    let case = &outcome.cases[outcome.cases.len() / 2];
+    let alone = campaign::run(&faults_file(), "walk", &["--several", "1", "--seed", &case["seed"].to_string()]);
+    assert_eq!(&alone.cases[0], case);
+}
+
+/// Limits within which no walk fits, and reactions that do not come.
 fn wrong_limits_and_wrong_reactions_are_noticed() {
-    let text = std::fs::read_to_string(faults_file()).expect("the file");
-    let (head, _) = text.split_once("# ---- The program").expect("a head");
-    let fault = |inject: &str, reaction: &str| {
-        format!(
-            "{head}[[fault]]\nname = \"a\"\ninject = {inject}\nstates = [\"walking\"]\nexpect = {{ reaction = \"{reaction}\", within_ms = 100 }}\n"
-        )
+    let head = head();
+    let fault = |inject: &str, expect: &str| {
+        format!("{head}[[fault]]\nname = \"a\"\ninject = {inject}\nstates = [\"walking\"]\nexpect = {{ {expect} }}\n")
     };
     let file = tempfile::NamedTempFile::new().expect("a file");
+    let none = "reaction = \"none\", within_ms = 100";
     for (text, words) in [
-        (fault("\"overrun\"", "none").replace("least_us = [1166.6,", "least_us = [2100.0,"), "is outside 2100"),
-        (fault("\"overrun\"", "none").replace("us_per_s = [5555.7,", "us_per_s = [50.0,"), "us in 20.0 ms"),
-        (fault("\"overrun\"", "off"), "outputs off never; allowed are 100 ms"),
-        (fault("\"panic\"", "none"), "nothing was to happen"),
+        (fault("\"overrun\"", none).replace("least_us = [1166.6,", "least_us = [2100.0,"), "is outside 2100"),
+        (fault("\"overrun\"", none).replace("us_per_s = [5555.7,", "us_per_s = [50.0,"), "us in 20.0 ms"),
+        (fault("\"overrun\"", "reaction = \"off\", within_ms = 100"), "outputs off never; allowed are 100 ms"),
+        (fault("\"panic\"", none), "nothing was to happen"),
+        (fault("{ hang = \"telemetry_step\" }", "reaction = \"reset\", within_ms = 2"), "allowed are 2 ms"),
         (
-            fault("{ hang = \"telemetry_step\" }", "reset").replace("within_ms = 100", "within_ms = 2"),
-            "allowed are 2 ms",
+            fault("{ hang = \"control_step\" }", "reaction = \"reset\", within_ms = 38, decided_within_us = 10"),
+            "supply or main output off after",
         ),
+        (fault("\"panic\"", "reaction = \"reset\", within_ms = 4, low_within_ms = 0.001"), "pulses end after"),
     ] {
         std::fs::write(file.path(), text).expect("written");
-        let (lines, code) = campaign(file.path(), "1");
-        assert_eq!(code, Some(1), "{words}");
-        let whys: Vec<&str> = lines.iter().filter_map(|line| line["why"].as_str()).collect();
+        let outcome = campaign::run(file.path(), "walk", &[]);
+        assert_eq!(outcome.code, Some(1), "{words}");
+        let whys: Vec<&str> = outcome.cases.iter().filter_map(|case| case["why"].as_str()).collect();
         assert!(whys.iter().any(|why| why.contains(words)), "{words}: {whys:?}");
     }
 }
@@ -122,7 +189,45 @@ fn a_state_that_is_not_as_declared_ends_the_campaign() {
     let unarmed = text.replace("hold_s = 0.35", "hold_s = 0.1");
     assert_ne!(unarmed, text);
     std::fs::write(file.path(), unarmed).expect("written");
-    let (lines, code) = campaign(file.path(), "1000");
-    assert_eq!(code, Some(2));
-    assert!(lines.iter().all(|line| line["state"] == "disarmed"), "{lines:?}");
+    let outcome = campaign::run(file.path(), "walk", &["--every", "1000"]);
+    assert_eq!(outcome.code, Some(2));
+    assert!(
+        outcome.said.contains("state `arming` at 1.5 s: the outputs are off, the file says on"),
+        "{}",
+        outcome.said
+    );
+    // Nor has a run without its name, or one that the file does not have.
+    let unknown = campaign::run(&faults_file(), "flying", &[]);
+    assert!(
+        unknown.said.contains("there is no run `flying`; the file has walk, trim, follower, crashes"),
+        "{}",
+        unknown.said
+    );
+}
+
+/// A control task that hangs while something else switches outputs and supply on: no hold of the button armed these pulses.
+fn pulses_that_no_hold_armed_are_noticed() {
+    let at = |at_s: f64, what: &str| format!("{{ at_s = {at_s}, what = {{ {what} }} }}");
+    let injects = [
+        // Nothing resets the board meanwhile.
+        at(0.001, "lsi = 0"),
+        at(0.001, "hang = \"control_step\""),
+        // The width of the left hip, the main output enable, the supply of the servos.
+        at(0.003, "write = { address = 0x4001_0034, value = 1500 }"),
+        at(0.003, "flip = { address = 0x4001_0044, mask = 0x8000 }"),
+        at(0.003, "write = { address = 0x4002_0818, value = 0x100 }"),
+    ];
+    let text = format!(
+        "{}[[sequence]]\nname = \"a\"\nstate = \"disarmed\"\nlasts_s = 0.1\ninject = [{}]\n",
+        head(),
+        injects.join(", ")
+    );
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), text).expect("written");
+    let outcome = campaign::run(file.path(), "walk", &[]);
+    assert_eq!((outcome.code, outcome.cases.len()), (Some(1), 1), "{}\n{:?}", outcome.said, outcome.cases);
+    let why = outcome.cases[0]["why"].as_str().expect("a reason");
+    assert!(why.contains("no hold of the button armed it"), "{why}");
+    let drives = outcome.cases[0]["drives_s"].as_array().expect("times").len();
+    assert_eq!(drives, 1, "{:?}", outcome.cases);
 }

@@ -105,7 +105,9 @@ fn a_torn_record_keeps_the_board_dark() {
         assert_eq!(pulses, NO_PULSES, "{what}");
         let [refused] = &ran.boots[1].refused[..] else { panic!("{what}: {:?}", ran.boots[1].refused) };
         assert_eq!(refused.subject, Subject::RobotRecord, "{what}: {}", refused.reason);
-        assert!(refused.reason.contains("damaged"), "{what}: {}", refused.reason);
+        // An erase that was cut changes any word: that of kind and length too.
+        let is_torn = ["damaged", "unknown record kind"].iter().any(|words| refused.reason.contains(words));
+        assert!(is_torn, "{what}: {}", refused.reason);
         report!("{what}: {}", refused.reason);
         let bytes = std::fs::read(&file).expect("the sector");
         assert_eq!(bytes.len(), 16 * 1024);
@@ -121,7 +123,7 @@ fn a_memory_of_any_content_boots_disarmed() {
         let script = format!("[[event]]\nat_s = 1.0\ninject = {{ power-cycle = {{ {ram} }} }}\nfor_ms = 30\n");
         let ran = run(&script, "1.4", &[]);
         let [first, second] = &ran.boots[..] else { panic!("{ram}: {} boots", ran.boots.len()) };
-        assert!(!first.ticks.is_empty() && second.ticks.len() > 300, "{ram}: {}", second.ticks.len());
+        assert!(!first.calls.is_empty() && second.calls.len() > 300, "{ram}: {}", second.calls.len());
         let boot = second.boot.as_ref().expect("a boot record");
         assert_eq!((boot.reset, pulses_from(&ran, 1.0).is_empty()), (Reset::PowerOn, true), "{ram}");
     }

@@ -9,12 +9,14 @@
 //! - [`workspace`]: the files and the packages of this workspace;
 //! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
+//! - [`campaign`]: campaigns of faults on that board;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
 //! - [`gestures`]: how its button is pressed;
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod campaign;
 pub mod chain;
 pub mod degraded;
 pub mod faults;

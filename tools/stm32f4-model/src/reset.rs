@@ -15,6 +15,10 @@ pub enum ResetCause {
     Software,
     /// Timeout of the independent watchdog.
     IndependentWatchdog,
+    /// The window watchdog.
+    WindowWatchdog,
+    /// A low-power mode was entered against the option bytes.
+    LowPower,
 }
 
 impl ResetCause {
@@ -25,17 +29,21 @@ impl ResetCause {
         const POR: u32 = 1 << 27;
         const SOFT: u32 = 1 << 28;
         const IWDG: u32 = 1 << 29;
+        const WWDG: u32 = 1 << 30;
+        const LPWR: u32 = 1 << 31;
         PIN | match self {
             ResetCause::PowerOn => BOR | POR,
             ResetCause::BrownOut => BOR,
             ResetCause::Pin => 0,
             ResetCause::Software => SOFT,
             ResetCause::IndependentWatchdog => IWDG,
+            ResetCause::WindowWatchdog => WWDG,
+            ResetCause::LowPower => LPWR,
         }
     }
 }
 
-/// `power_on`, `brown_out`, `pin`, `software` or `iwdg`.
+/// `power_on`, `brown_out`, `pin`, `software`, `iwdg`, `wwdg` or `low_power`.
 impl fmt::Display for ResetCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -44,6 +52,8 @@ impl fmt::Display for ResetCause {
             ResetCause::Pin => "pin",
             ResetCause::Software => "software",
             ResetCause::IndependentWatchdog => "iwdg",
+            ResetCause::WindowWatchdog => "wwdg",
+            ResetCause::LowPower => "low_power",
         })
     }
 }

@@ -130,6 +130,20 @@ impl BoardModel {
             || self.plant.expects_change(self.seconds())
     }
 
+    /// The next times at which something happens, in words, for a message.
+    #[must_use]
+    pub(crate) fn deadlines(&self) -> String {
+        format!(
+            "deadline {}, peripherals {:?}, SysTick {:?}, stop {} ({} s), exception possible: {}",
+            self.deadline,
+            self.soc.next_event(),
+            self.scs.systick.next_event(),
+            self.next_stop,
+            self.next_stop_s,
+            self.exception_possible
+        )
+    }
+
     /// Adds cycles that belong to no instruction.
     pub(crate) const fn add_cycles(&mut self, cycles: u64) {
         self.now += cycles;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use object::elf::{EM_ARM, PT_LOAD, STT_FUNC, STT_OBJECT};
+use object::elf::{EM_ARM, PT_LOAD, STT_FUNC, STT_NOTYPE, STT_OBJECT};
 use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
 use object::{Endianness, Object as _, ObjectSymbol as _};
 use sha2::{Digest as _, Sha256};
@@ -84,7 +84,13 @@ impl ProgramImage {
         let mut symbols = SymbolTable::default();
         for symbol in elf.symbols() {
             let kind = symbol.elf_symbol().st_type();
-            let (Ok(name), true) = (symbol.name(), kind == STT_FUNC || kind == STT_OBJECT) else { continue };
+            // Those of the linker script, such as the ends of sections, have no type.
+            let is_of_linker = |name: &str| kind == STT_NOTYPE && name.starts_with("__");
+            let Some(name) =
+                (symbol.name().ok()).filter(|name| kind == STT_FUNC || kind == STT_OBJECT || is_of_linker(name))
+            else {
+                continue;
+            };
             // Bit 0 of the address of a function marks Thumb code.
             let address = symbol.address() as u32 & if kind == STT_FUNC { !1 } else { !0 };
             symbols.raw.insert(name.to_owned(), address);

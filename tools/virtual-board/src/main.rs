@@ -45,7 +45,7 @@ use clap::{Parser, ValueEnum};
 use servo_model::Kind;
 use stm32f4_model::{Pin, SocConfig};
 
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Several};
 use crate::console::Console;
 use crate::exception::OmittedParts;
 use crate::inject::{FrequencyAt, HIGHEST_LSI_HZ, Injection, InjectionKind, RegisterAt, SymbolAt};
@@ -54,7 +54,7 @@ use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
-use crate::run::{BoardRun, FlashDownload, RunOptions};
+use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
 use crate::script::Script;
 use crate::serial::SerialPort;
 use crate::servos::Servos;
@@ -139,6 +139,19 @@ struct Cli {
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
     #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "script", "save_flash", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
+    /// The run of the campaign: its name in the file
+    #[arg(long, value_name = "NAME", requires = "campaign")]
+    run: Option<String>,
+    /// Only faults and sequences of the campaign whose name contains TEXT
+    #[arg(long, value_name = "TEXT", requires = "campaign", conflicts_with = "several")]
+    only: Option<String>,
+    /// Instead of single faults N cases of 2 to 4 faults each, drawn at random. A case is drawn from its seed, in a state of any run; those of
+    /// another run are left out
+    #[arg(long, value_name = "N", requires = "campaign")]
+    several: Option<u64>,
+    /// Seed of the first of them; the next case has the next seed
+    #[arg(long, value_name = "SEED", requires = "several", default_value_t = 1)]
+    seed: u64,
     /// Cases of the campaign at a time [default: the processor's cores]
     #[arg(long, value_name = "N", requires = "campaign")]
     jobs: Option<std::num::NonZero<usize>>,
@@ -399,16 +412,11 @@ fn run(cli: &Cli) -> Result<u8> {
     };
     let injections = collect_injections(cli, &image)?;
     let script = cli.script.as_deref().map(Script::read).transpose()?;
-    let campaign = cli.campaign.as_deref().map(Campaign::read).transpose()?;
-    let (mut presses, mut stops) = (cli.press.clone(), cli.emergency_stop.clone());
-    if let Some(campaign) = &campaign {
-        presses.extend(campaign.presses.iter().copied().map(ButtonPress::from));
-        stops.extend(campaign.emergency_stops.iter().copied().map(ButtonPress::from));
-    }
-    let mut plant = BoardPlant::new(volts, presses, lines);
-    stops.into_iter().for_each(|press| plant.press_emergency_stop(press));
+    let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
+    cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
-    if let Some(campaign) = campaign {
+    if let Some(path) = &cli.campaign {
+        let campaign = Campaign::read(path, &image)?;
         ensure!(injections.is_empty(), "a campaign injects its own faults; remove the other ones");
         let jobs = match cli.jobs {
             Some(jobs) => jobs.get(),
@@ -416,7 +424,14 @@ fn run(cli: &Cli) -> Result<u8> {
         };
         let nowhere = ReportWriter::new(std::io::sink());
         let run = BoardRun::new(&image, config, plant, vec![], recorder, Console::closed(), None, nowhere, options)?;
-        return run.campaign(&campaign, jobs, cli.every.get());
+        let plan = Plan {
+            run: cli.run.as_deref().context("--campaign needs --run, the run of the file")?,
+            only: cli.only.as_deref(),
+            several: cli.several.map(|cases| Several { cases, seed: cli.seed }),
+            every: cli.every.get(),
+            jobs,
+        };
+        return run.campaign(&campaign, &plan);
     }
     let report = ReportWriter::new(BufWriter::new(stdout()));
     let serial = cli.serial.then(SerialPort::open).transpose()?;

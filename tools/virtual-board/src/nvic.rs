@@ -6,8 +6,6 @@
 
 /// Number of interrupt lines of the STM32F407.
 pub(crate) const LINES: u8 = 82;
-/// Exception number of interrupt 0.
-pub(crate) const FIRST_LINE: u8 = 16;
 /// Number of exceptions: 16 of the core, and the lines.
 pub(crate) const EXCEPTIONS: usize = 16 + LINES as usize;
 /// Implemented bits of a priority byte: the F407 has the upper four.

@@ -261,6 +261,13 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
+    /// Drops the presses that have not begun at a time, s.
+    pub(crate) fn drop_presses_after(&mut self, seconds: f64) {
+        self.presses.retain(|press| press.at <= seconds);
+        self.stops.retain(|press| press.at <= seconds);
+        self.changed.set(true);
+    }
+
     /// Presses or releases the button.
     pub(crate) fn hold_button(&mut self, down: bool) {
         self.held = down;

@@ -1,6 +1,7 @@
 //! Run of a program: executes to the next deadline, takes exceptions, sleeps, resets, injects faults, and reports events.
 
 mod campaign;
+mod case;
 mod disturb;
 mod exceptions;
 mod flash_files;
@@ -14,6 +15,7 @@ use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig};
 
 use crate::board::BoardModel;
+use crate::campaign::Driving;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
@@ -31,6 +33,7 @@ use crate::serial::SerialPort;
 use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
+pub(crate) use campaign::Plan;
 use disturb::Drift;
 pub(crate) use flash_files::FlashDownload;
 use flash_files::SavedSector;
@@ -107,6 +110,10 @@ pub(crate) struct BoardRun<'a, W: Write> {
     judge_log: JudgeLog,
     /// Modelled servos at the servo pins.
     pub(crate) servos: Option<Servos>,
+    /// When the servos were driven, in a campaign.
+    driving: Option<Driving>,
+    /// The log since the last boot, as hex; `None`: not kept.
+    log: Option<String>,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -166,6 +173,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
             judge: Judge::new(Limits::of_flash(&image.flash)),
             judge_log,
             servos: None,
+            driving: None,
+            log: None,
             idle: IdleState::No,
             periods: 0,
             started: Instant::now(),
@@ -443,6 +452,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
+        self.log.iter_mut().for_each(String::clear);
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();
     }

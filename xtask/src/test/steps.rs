@@ -437,7 +437,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 20] = [
+const IMAGE_TESTS: [&str; 22] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -448,7 +448,9 @@ const IMAGE_TESTS: [&str; 20] = [
     "board_conditions",
     "board_watchdog",
     "board_restart",
+    "board_boots",
     "board_campaign",
+    "board_operator",
     "board_script",
     "board_gestures",
     "board_interrupts",

@@ -28,6 +28,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask ratchet --write --reason \"the loop is built in place\"",
             "cargo xtask campaign",
             "cargo xtask campaign --every 29",
+            "cargo xtask campaign --only hangs",
+            "cargo xtask campaign --several 1000 --seed 1",
             "cargo xtask campaign --cases cases.jsonl",
             "cargo xtask soak",
             "cargo xtask soak --hours 0.2",

@@ -13,6 +13,32 @@ pub(crate) struct Expected {
     pub(crate) reaction: Reaction,
     /// Its time limit, from the effect of the fault, ms.
     pub(crate) within_ms: f64,
+    /// Time limit for the first act: the supply of the servos or the main output is off, us.
+    pub(crate) decided_within_us: Option<f64>,
+    /// Time limit for the end of the pulses, ms.
+    pub(crate) low_within_ms: Option<f64>,
+}
+
+impl Expected {
+    /// Only the limits of the pulses, for 150 ms.
+    pub(super) const PULSES_ALONE: Self =
+        Expected { reaction: Reaction::Any, within_ms: 150.0, decided_within_us: None, low_within_ms: None };
+
+    fn check(&self) -> Result<()> {
+        let limits = [
+            ("within_ms", Some(self.within_ms)),
+            ("decided_within_us", self.decided_within_us),
+            ("low_within_ms", self.low_within_ms),
+        ];
+        for (what, limit) in limits {
+            ensure!(
+                limit.is_none_or(|limit| limit > 0.0 && limit.is_finite()),
+                "{what} is {}; allowed is more than 0",
+                limit.unwrap_or_default()
+            );
+        }
+        Ok(())
+    }
 }
 
 /// A reaction that a fault must lead to. The limits of the pulses hold besides.
@@ -50,11 +76,16 @@ pub(crate) struct Fault {
 
 impl Fault {
     /// A fault that does not end.
-    pub(super) fn lasting(name: String, inject: Inject, states: Vec<String>, expect: Expected) -> Self {
-        Fault { name, inject, for_ms: None, states, expect }
+    pub(super) fn lasting(name: String, inject: Inject, states: &[String], expect: Expected) -> Self {
+        Fault { name, inject, for_ms: None, states: states.to_vec(), expect }
     }
 
-    /// Checks what is injected.
+    /// Whether it applies in the state of this name.
+    pub(crate) fn applies_in(&self, state: &str) -> bool {
+        self.states.iter().any(|name| name == state)
+    }
+
+    /// Checks what is injected, and the time limits.
     pub(super) fn check(&self) -> Result<()> {
         self.inject.check()?;
         ensure!(
@@ -62,6 +93,7 @@ impl Fault {
             "for_ms is {:?}; allowed is 0 or more",
             self.for_ms
         );
+        self.expect.check()?;
         ensure!(self.for_ms.is_none() || self.inject.can_end(), "`{}` has no end; remove for_ms", self.inject.name());
         Ok(())
     }

@@ -1,17 +1,16 @@
 //! The file of a campaign: limits of the pulses, the states in which faults are injected, the faults and what each must lead to.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
-use super::fault::{Expected, Fault, Reaction};
-use super::groups::{Core, Interrupts};
+use super::fault::Fault;
+use super::groups::{Core, Exceptions, Memory, Register};
+use super::stage::{InjectAt, Run, Sequence};
 use crate::judge::Limits;
-use crate::random::Random;
-use crate::script::Inject;
+use crate::loader::ProgramImage;
 
 /// A campaign.
 #[derive(Debug, Clone, Deserialize)]
@@ -21,151 +20,97 @@ pub(crate) struct Campaign {
     pub(crate) phases: u32,
     /// What the servos may get.
     pub(crate) limits: Limits,
-    /// Presses of the button, which lead from state to state.
-    #[serde(rename = "press", default)]
-    pub(crate) presses: Vec<Press>,
-    /// Presses of the emergency stop: its test.
-    #[serde(rename = "emergency_stop", default)]
-    pub(crate) emergency_stops: Vec<Press>,
-    /// States of the run.
-    #[serde(rename = "state")]
-    pub(crate) states: Vec<State>,
-    /// Single faults.
+    /// Runs with their states.
+    #[serde(rename = "run")]
+    pub(crate) runs: Vec<Run>,
+    /// Single faults; after reading those of the groups too.
     #[serde(rename = "fault", default)]
     pub(crate) faults: Vec<Fault>,
-    /// Registers, of which every bit is a fault.
+    /// Registers, of which bits are faults.
     #[serde(rename = "register", default)]
-    pub(crate) registers: Vec<Register>,
-    /// Parts of the memory, of which bits are drawn at random.
-    #[serde(rename = "memory", default)]
-    pub(crate) memory: Vec<Memory>,
+    registers: Vec<Register>,
     /// Registers of the core, of which bits are faults.
-    #[serde(rename = "core", default)]
-    pub(crate) core: Vec<Core>,
-    /// Interrupts, of which each is a fault.
-    #[serde(rename = "interrupts", default)]
-    pub(crate) interrupts: Vec<Interrupts>,
+    #[serde(default)]
+    core: Vec<Core>,
+    /// Exceptions, of which each is a fault.
+    #[serde(default)]
+    exceptions: Vec<Exceptions>,
+    /// Parts of the memory, of which bits are drawn at random.
+    #[serde(default)]
+    memory: Vec<Memory>,
+    /// Gestures and faults one after the other.
+    #[serde(rename = "sequence", default)]
+    pub(crate) sequences: Vec<Sequence>,
 }
-
-/// A state of the run.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct State {
-    /// Name.
-    pub(crate) name: String,
-    /// When the run is in it, s.
-    pub(crate) at_s: f64,
-    /// Whether the outputs are on in it; a run in which they are not as stated is an error.
-    pub(crate) outputs: bool,
-}
-
-/// A press of a button.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Press {
-    /// When it begins, s.
-    pub(crate) at_s: f64,
-    /// How long it lasts, s.
-    pub(crate) hold_s: f64,
-}
-
-/// Bits of a register: each is a fault.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Register {
-    /// Name.
-    pub(crate) name: String,
-    /// Address.
-    pub(crate) address: u32,
-    /// The bits.
-    pub(crate) bits: Vec<u32>,
-    /// States in which they apply.
-    pub(crate) states: Vec<String>,
-    /// What each must lead to.
-    pub(crate) expect: Expected,
-}
-
-/// Bits of the memory, drawn at random: each is a fault that only the limits of the pulses judge.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Memory {
-    /// Name.
-    pub(crate) name: String,
-    /// First address and the one after the last.
-    pub(crate) addresses: [u32; 2],
-    /// How many bits.
-    pub(crate) count: u32,
-    /// States in which they apply.
-    pub(crate) states: Vec<String>,
-}
-
-/// Time after which a fault that only the limits of the pulses judge is no longer watched, ms.
-const WATCHED_MS: f64 = 150.0;
 
 impl Campaign {
     /// Reads the file.
     ///
     /// # Errors
     /// It cannot be read or is no campaign: the line, or the name of the fault, and what is allowed.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path, image: &ProgramImage) -> Result<Self> {
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(&text).with_context(|| format!("{} is no campaign", path.display()))
+        Self::parse(&text, |symbol| image.symbol(symbol)).with_context(|| format!("{} is no campaign", path.display()))
     }
 
-    fn parse(text: &str) -> Result<Self> {
+    pub(super) fn parse(text: &str, address_of: impl Fn(&str) -> Option<u32>) -> Result<Self> {
         let mut campaign: Campaign = toml::from_str(text)?;
         ensure!((1..=1000).contains(&campaign.phases), "phases is {}; allowed are 1 to 1000", campaign.phases);
-        campaign.states.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
-        campaign.expand()?;
-        let known: BTreeSet<&str> = campaign.states.iter().map(|state| state.name.as_str()).collect();
+        campaign.expand(address_of)?;
+        let mut known = BTreeSet::new();
+        for run in &mut campaign.runs {
+            run.states.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+            for state in &run.states {
+                ensure!(known.insert(state.name.clone()), "two states have the name `{}`; allowed is one", state.name);
+            }
+        }
+        let check_state = |what: &str, name: &str, state: &String| {
+            let all = || known.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+            ensure!(known.contains(state), "{what} `{name}`: there is no state `{state}`; the file has {}", all());
+            Ok(())
+        };
+        let check = |what: &str, name: &str, injects: &[InjectAt]| {
+            injects.iter().try_for_each(|one| one.what.check()).with_context(|| format!("{what} `{name}`"))
+        };
+        campaign.runs.iter().try_for_each(|run| check("run", &run.name, &run.injects))?;
+        for Sequence { name, state, lasts_s, injects, .. } in &campaign.sequences {
+            check("sequence", name, injects)?;
+            check_state("sequence", name, state)?;
+            ensure!(
+                *lasts_s > 0.0 && *lasts_s <= 3600.0,
+                "sequence `{name}`: lasts_s is {lasts_s}; allowed are more than 0, and 3600 at most"
+            );
+        }
         let mut names = BTreeSet::new();
         for fault in &campaign.faults {
-            let Fault { name, states, expect, .. } = fault;
+            let Fault { name, states, .. } = fault;
             fault.check().with_context(|| format!("fault `{name}`"))?;
             ensure!(names.insert(name), "two faults have the name `{name}`; allowed is one");
-            for state in states {
-                ensure!(
-                    known.contains(state.as_str()),
-                    "fault `{name}`: there is no state `{state}`; the file has {}",
-                    known.iter().copied().collect::<Vec<_>>().join(", ")
-                );
-            }
-            ensure!(
-                expect.within_ms > 0.0 && expect.within_ms.is_finite(),
-                "fault `{name}`: within_ms is {}; allowed is more than 0",
-                expect.within_ms
-            );
+            states.iter().try_for_each(|state| check_state("fault", name, state))?;
         }
         Ok(campaign)
     }
 
-    /// Makes a fault of each bit of the registers and of the drawn bits of the memory.
-    fn expand(&mut self) -> Result<()> {
-        for Register { name, address, bits, states, expect } in std::mem::take(&mut self.registers) {
-            ensure!(bits.iter().all(|bit| *bit < 32), "register `{name}`: bits {bits:?}; allowed are 0 to 31");
-            self.faults.extend(bits.into_iter().map(|bit| {
-                let flip = Inject::Flip { address, mask: 1 << bit };
-                Fault::lasting(format!("{name}, bit {bit}"), flip, states.clone(), expect)
-            }));
+    /// The run of this name.
+    ///
+    /// # Errors
+    /// There is none; the message has those that there are.
+    pub(crate) fn run(&self, name: &str) -> Result<&Run> {
+        self.runs.iter().find(|run| run.name == name).with_context(|| {
+            let all: Vec<&str> = self.runs.iter().map(|run| run.name.as_str()).collect();
+            format!("there is no run `{name}`; the file has {}", all.join(", "))
+        })
+    }
+
+    /// Makes a fault of each member of the groups.
+    fn expand(&mut self, address_of: impl Fn(&str) -> Option<u32>) -> Result<()> {
+        for register in std::mem::take(&mut self.registers) {
+            self.faults.extend(register.faults()?);
         }
         self.faults.extend(std::mem::take(&mut self.core).into_iter().flat_map(Core::faults));
-        self.faults.extend(std::mem::take(&mut self.interrupts).into_iter().flat_map(Interrupts::faults));
-        for Memory { name, addresses: [first, end], count, states } in std::mem::take(&mut self.memory) {
-            ensure!(first < end, "memory `{name}`: addresses {first:#x}..{end:#x}; allowed is the lower one first");
-            let mut drawn = BTreeSet::new();
-            let mut random = Random(u64::from(first) << 32 | u64::from(end));
-            let bits = Range { start: 0, end: u64::from(end - first) * 8 };
-            ensure!(u64::from(count) <= bits.end / 2, "memory `{name}`: {count} of {} bits; allowed is half", bits.end);
-            while drawn.len() < count as usize {
-                drawn.insert(random.number() % bits.end);
-            }
-            self.faults.extend(drawn.into_iter().map(|bit| {
-                let byte = first + (bit / 8) as u32;
-                let mask = 1 << (bit % 8) << (byte % 4 * 8);
-                let expect = Expected { reaction: Reaction::Any, within_ms: WATCHED_MS };
-                let flip = Inject::Flip { address: byte & !3, mask };
-                Fault::lasting(format!("{name}, {byte:#010x} bit {}", bit % 8), flip, states.clone(), expect)
-            }));
+        self.faults.extend(std::mem::take(&mut self.exceptions).into_iter().flat_map(Exceptions::faults));
+        for memory in std::mem::take(&mut self.memory) {
+            self.faults.extend(memory.faults(&address_of)?);
         }
         Ok(())
     }
@@ -174,19 +119,28 @@ impl Campaign {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::script::Inject;
 
     const HEAD: &str = "phases = 2\n[limits]\nleast_us = [523, 523, 523, 523]\nmost_us = [2400, 2400, 2400, 2400]\nus_per_s = [1e3, 1e3, 1e3, 1e3]\n\
-                        [[state]]\nname = \"walking\"\nat_s = 3\noutputs = true\n\
-                        [[state]]\nname = \"disarmed\"\nat_s = 0.2\noutputs = false\n";
+                        [[run]]\nname = \"walk\"\nstate = [{ name = \"walking\", at_s = 3, outputs = true }, \
+                        { name = \"disarmed\", at_s = 0.2, outputs = false }]\nserial = [{ at_s = 0.1, bytes = \"0aff\" }]\n";
+
+    fn parse(text: &str) -> Result<Campaign> {
+        Campaign::parse(text, |symbol| match symbol {
+            "first" => Some(0x2000_0000),
+            "end" => Some(0x2000_0100),
+            _ => None,
+        })
+    }
 
     #[test]
     fn each_bit_is_a_fault_with_a_name() {
         let text = format!(
             "{HEAD}[[register]]\nname = \"TIM1 ARR\"\naddress = 0x4001_002C\nbits = [3, 4, 5]\nstates = [\"walking\"]\n\
              expect = {{ reaction = \"off\", within_ms = 120 }}\n\
-             [[memory]]\nname = \"RAM\"\naddresses = [0x2000_0000, 0x2000_0100]\ncount = 50\nstates = [\"walking\"]\n"
+             [[memory]]\nname = \"RAM\"\nsymbols = [\"first\", \"end\"]\ncount = 50\nstates = [\"walking\"]\n"
         );
-        let campaign = Campaign::parse(&text).unwrap();
+        let campaign = parse(&text).unwrap();
         let names: Vec<&str> = campaign.faults.iter().take(3).map(|fault| fault.name.as_str()).collect();
         assert_eq!(names, ["TIM1 ARR, bit 3", "TIM1 ARR, bit 4", "TIM1 ARR, bit 5"]);
         assert_eq!(campaign.faults[1].inject, Inject::Flip { address: 0x4001_002C, mask: 16 });
@@ -196,7 +150,9 @@ mod tests {
             assert!((0x2000_0000..0x2000_0100).contains(&address) && address % 4 == 0 && mask.count_ones() == 1);
         }
         // The earlier state comes first.
-        assert_eq!(campaign.states[0].name, "disarmed");
+        let run = campaign.run("walk").unwrap();
+        assert_eq!((run.states[0].name.as_str(), run.serial[0].bytes.as_slice()), ("disarmed", &[0x0A, 0xFF][..]));
+        assert_eq!(campaign.run("trim").unwrap_err().to_string(), "there is no run `trim`; the file has walk");
     }
 
     #[test]
@@ -207,16 +163,44 @@ mod tests {
                  expect = {{ reaction = \"reset\", within_ms = {within} }}\n"
             )
         };
-        assert!(Campaign::parse(&fault("{ hang = \"control_step\" }", "walking", "40")).is_ok());
-        assert!(Campaign::parse(&fault("{ volts = { pin = \"PA1\", volts = 3.3 } }", "walking", "40")).is_ok());
+        assert!(parse(&fault("{ hang = \"control_step\" }", "walking", "40")).is_ok());
+        assert!(parse(&fault("{ volts = { pin = \"PA1\", volts = 3.3 } }", "walking", "40")).is_ok());
         for (text, words) in [
             (fault("\"crystal\"", "flying", "40"), "there is no state `flying`; the file has disarmed, walking"),
             (fault("\"crystal\"", "walking", "0"), "within_ms is 0; allowed is more than 0"),
             (fault("\"quake\"", "walking", "40"), "unknown variant `quake`"),
             (fault("{ level = { pin = \"PX1\", high = true } }", "walking", "40"), "is not the name of a pin"),
             (HEAD.replace("phases = 2", "phases = 0"), "phases is 0; allowed are 1 to 1000"),
+            (HEAD.replace("0aff", "0af"), "`0af` is no list of bytes"),
+            (HEAD.replace("disarmed", "walking"), "two states have the name `walking`"),
+            (
+                format!(
+                    "{HEAD}[[sequence]]\nname = \"a\"\nstate = \"walking\"\nlasts_s = 1\n\
+                     inject = [{{ at_s = 0.5, what = {{ stuck-code = 5000 }} }}]\n"
+                ),
+                "sequence `a`: stuck-code is 5000; allowed are 0 to 4095",
+            ),
+            (
+                fault("\"crystal\"", "walking", "40, decided_within_us = -1"),
+                "fault `a`: decided_within_us is -1; allowed is more than 0",
+            ),
+            (
+                format!("{HEAD}[[sequence]]\nname = \"a\"\nstate = \"flying\"\nlasts_s = 1\n"),
+                "sequence `a`: there is no state `flying`",
+            ),
+            (
+                format!("{HEAD}[[memory]]\nname = \"RAM\"\nsymbols = [\"first\", \"last\"]\ncount = 1\nstates = []\n"),
+                "the image has no symbol `last`",
+            ),
+            (
+                format!(
+                    "{HEAD}[[exceptions]]\nname = \"e\"\nnumbers = [98]\nstates = []\n\
+                     expect = {{ reaction = \"reset\", within_ms = 1 }}\n"
+                ),
+                "fault `e, 98`: number is 98; allowed are 2 to 97",
+            ),
         ] {
-            let error = format!("{:#}", Campaign::parse(&text).unwrap_err());
+            let error = format!("{:#}", parse(&text).unwrap_err());
             assert!(error.contains(words), "{error}");
         }
     }

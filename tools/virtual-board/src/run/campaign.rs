@@ -3,22 +3,16 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result, bail, ensure};
 use fork::{Fork, fork};
 use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
-use crate::campaign::{Campaign, Expected, Fault, Reaction};
+use crate::campaign::{Campaign, Draw, Fault, Run, Sequence, Several};
+use crate::cpu::{Cpu as _, Reg};
 use crate::inject::{Injection, InjectionKind};
-use crate::report;
 
-/// Between two phases, s: a little more than a tick, so that both the servo frame and the tick are met at all phases.
-const PHASE_S: f64 = 1.05e-3;
-/// Watched after a reaction, s: three servo frames.
-const AFTERWARDS_S: f64 = 0.06;
-/// Longest wait for the effect of a fault, such as the next call of a function, s.
-const EFFECT_S: f64 = 1.2;
 /// Between two messages.
 const PROGRESS: Duration = Duration::from_secs(5);
 
@@ -26,47 +20,77 @@ const PROGRESS: Duration = Duration::from_secs(5);
 const GOOD: u8 = 0;
 const WRONG: u8 = 1;
 
-/// A fault at a phase, in a state: a line of the output.
-#[derive(Debug, Serialize)]
-struct Case<'a> {
-    r#type: &'static str,
-    fault: &'a str,
-    state: &'a str,
-    phase: u32,
-    good: bool,
-    /// Why it is not good.
-    why: Option<String>,
-    /// From the effect of the fault until no servo gets a pulse any more, us; null: they go on.
-    off_us: Option<f64>,
-    /// From the effect to the reset, us; null: no reset.
-    reset_us: Option<f64>,
-    /// Pulses that no servo may get.
-    violations: usize,
+/// What of a campaign is run, and how.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plan<'a> {
+    /// Name of the run.
+    pub(crate) run: &'a str,
+    /// Only faults and sequences whose name contains this.
+    pub(crate) only: Option<&'a str>,
+    /// Several faults at once instead of single ones.
+    pub(crate) several: Option<Several>,
+    /// One case of so many, the first one included.
+    pub(crate) every: usize,
+    /// Cases at a time.
+    pub(crate) jobs: usize,
 }
 
-/// Number of cases, and of those that were not good.
-#[derive(Debug, Default, Serialize)]
-struct Count {
-    cases: u64,
-    wrong: u64,
+/// A case, which begins in a state.
+#[derive(Debug)]
+pub(super) enum Item<'a> {
+    /// A fault at a phase of the servo frame.
+    Fault(&'a Fault, u32),
+    /// Gestures and faults.
+    Sequence(&'a Sequence),
+    /// Several faults at random.
+    Several(Draw<'a>),
+}
+
+impl Plan<'_> {
+    /// The cases of a run, in the order of its states, each with the number of its state.
+    fn items<'a>(&self, campaign: &'a Campaign, run: &'a Run) -> Vec<(usize, Item<'a>)> {
+        let chosen = |name: &str| self.only.is_none_or(|only| name.contains(only));
+        let draws: Vec<Draw> = self.several.map_or_else(Vec::new, |several| several.draws(campaign).collect());
+        let mut items = Vec::new();
+        for (number, state) in run.states.iter().enumerate() {
+            if self.several.is_some() {
+                let here = draws.iter().filter(|draw| draw.state == state.name).cloned();
+                items.extend(here.map(|draw| (number, Item::Several(draw))));
+                continue;
+            }
+            for fault in campaign.faults.iter().filter(|fault| fault.applies_in(&state.name) && chosen(&fault.name)) {
+                items.extend((0..campaign.phases).map(|phase| (number, Item::Fault(fault, phase))));
+            }
+            let here = campaign.sequences.iter().filter(|one| one.state == state.name && chosen(&one.name));
+            items.extend(here.map(|sequence| (number, Item::Sequence(sequence))));
+        }
+        items.into_iter().step_by(self.every).collect()
+    }
 }
 
 impl<W: Write> BoardRun<'_, W> {
-    /// Runs the cases of a campaign, a line for each, `jobs` at a time: the first one and then one of `every`. Returns the exit status: 0 if all are good.
+    /// Runs the cases of a campaign, a line for each. Returns the exit status: 0 if all are good.
     ///
     /// # Errors
-    /// A fault cannot be injected into this image, no process can be made, or the emulator fails.
-    pub(crate) fn campaign(mut self, campaign: &Campaign, jobs: usize, every: usize) -> Result<u8> {
-        let all: usize = campaign.faults.iter().map(|fault| fault.states.len()).sum();
-        let all = (all * campaign.phases as usize).div_ceil(every);
-        let (mut place, mut running, mut count) = (0_usize, 0, Count::default());
-        let (began, mut said) = (Instant::now(), Instant::now());
+    /// There is no such run, a fault cannot be injected into this image, a state is not as declared, no process can be made, or the emulator fails.
+    pub(crate) fn campaign(mut self, campaign: &Campaign, plan: &Plan<'_>) -> Result<u8> {
+        let run = campaign.run(plan.run)?;
+        let items = plan.items(campaign, run);
+        let mut pool = Pool::new(items.len(), plan.jobs);
         // A name that the image lacks is found before the first case.
         for fault in &campaign.faults {
             InjectionKind::of(&fault.inject, self.image).with_context(|| format!("fault `{}`", fault.name))?;
         }
+        self.prepare(run)?;
         self.begin();
-        for state in &campaign.states {
+        let mut sent = 0;
+        let mut items = items.into_iter().peekable();
+        for (number, state) in run.states.iter().enumerate() {
+            while let Some(serial) = run.serial.get(sent).filter(|serial| serial.at_s <= state.at_s) {
+                self.run_until(serial.at_s)?;
+                self.cpu.machine().soc.put_serial(&serial.bytes);
+                sent += 1;
+            }
             self.run_until(state.at_s)?;
             let armed = self.output_state().armed;
             ensure!(
@@ -77,41 +101,120 @@ impl<W: Write> BoardRun<'_, W> {
                 on_or_off(armed),
                 on_or_off(state.outputs)
             );
-            for fault in campaign.faults.iter().filter(|fault| fault.states.contains(&state.name)) {
-                for phase in 0..campaign.phases {
-                    place += 1;
-                    if !(place - 1).is_multiple_of(every) {
-                        continue;
-                    }
-                    if running == jobs {
-                        count.add(finished()?);
-                        running -= 1;
-                    }
-                    if said.elapsed() > PROGRESS {
-                        said = Instant::now();
-                        eprintln!(
-                            "campaign: {} of {all} cases, {} wrong, {:.0} s",
-                            count.cases,
-                            count.wrong,
-                            began.elapsed().as_secs_f64()
-                        );
-                    }
-                    match fork().map_err(|error| anyhow::anyhow!("cannot make a process: {error}"))? {
-                        Fork::Parent(_) => running += 1,
-                        Fork::Child => {
-                            let code = self.case(campaign, fault, &state.name, phase, armed).unwrap_or_else(|error| {
-                                eprintln!("virtual-board: fault `{}`, phase {phase}: {error:#}", fault.name);
-                                WRONG
-                            });
-                            std::process::exit(code.into());
-                        }
+            while let Some((_, item)) = items.next_if(|(at, _)| *at == number) {
+                pool.make_room()?;
+                match fork().map_err(|error| anyhow::anyhow!("cannot make a process: {error}"))? {
+                    Fork::Parent(_) => pool.running += 1,
+                    Fork::Child => {
+                        let good = self.case(campaign, &item, &state.name).unwrap_or_else(|error| {
+                            eprintln!("virtual-board: {item:?}: {error:#}");
+                            false
+                        });
+                        std::process::exit(if good { GOOD } else { WRONG }.into());
                     }
                 }
             }
         }
-        while running > 0 {
-            count.add(finished()?);
-            running -= 1;
+        pool.end(campaign)
+    }
+
+    /// Schedules the gestures and faults of a run.
+    fn prepare(&mut self, run: &Run) -> Result<()> {
+        for one in &run.injects {
+            let kind = InjectionKind::of(&one.what, self.image).with_context(|| format!("run `{}`", run.name))?;
+            self.injections.push(Injection::new(kind, run.name.clone(), one.at_s));
+        }
+        let mut board = self.cpu.machine();
+        run.presses.iter().for_each(|press| board.plant.press_button((*press).into()));
+        run.emergency_stops.iter().for_each(|press| board.plant.press_emergency_stop((*press).into()));
+        Ok(())
+    }
+
+    /// Runs on to a time, s.
+    pub(super) fn run_until(&mut self, seconds: f64) -> Result<()> {
+        let mut stood = 0;
+        self.pause_s = seconds;
+        while self.cpu.machine().seconds() < seconds {
+            self.step_on(&mut stood)?;
+        }
+        Ok(())
+    }
+
+    /// A step of the run; `stood` counts those in a row in which no time passed.
+    ///
+    /// # Errors
+    /// There were too many: the models want to act at a time that has come, and do not.
+    pub(super) fn step_on(&mut self, stood: &mut u32) -> Result<()> {
+        /// Far more than happen at one moment.
+        const MOST: u32 = 100_000;
+        let before = self.cpu.machine().now();
+        self.step()?;
+        let now = self.cpu.machine().now();
+        *stood = if now == before { *stood + 1 } else { 0 };
+        if *stood > MOST {
+            let pc = self.cpu.reg(Reg::Pc);
+            let board = self.cpu.machine();
+            bail!(
+                "the virtual board's time stands still at {} s, cycle {now}: idle {:?}, at {pc:#010x}, {}",
+                board.seconds(),
+                self.idle,
+                board.deadlines()
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Cases that run side by side.
+struct Pool {
+    all: usize,
+    jobs: usize,
+    running: usize,
+    count: Count,
+    began: Instant,
+    said: Instant,
+}
+
+/// Number of cases, and of those that were not good.
+#[derive(Debug, Default, Serialize)]
+struct Count {
+    cases: u64,
+    wrong: u64,
+}
+
+impl Pool {
+    fn new(all: usize, jobs: usize) -> Self {
+        let now = Instant::now();
+        Pool { all, jobs, running: 0, count: Count::default(), began: now, said: now }
+    }
+
+    /// Waits until another case may begin, and says how far the campaign is.
+    fn make_room(&mut self) -> Result<()> {
+        if self.running == self.jobs {
+            self.wait_for_one()?;
+        }
+        if self.said.elapsed() > PROGRESS {
+            self.said = Instant::now();
+            let (Count { cases, wrong }, seconds) = (&self.count, self.began.elapsed().as_secs_f64());
+            eprintln!("campaign: {cases} of {} cases, {wrong} wrong, {seconds:.0} s", self.all);
+        }
+        Ok(())
+    }
+
+    /// Waits for the end of a case. One that a signal ended is wrong.
+    fn wait_for_one(&mut self) -> Result<()> {
+        let status = wait(WaitOptions::empty()).context("waiting for a case")?;
+        let code = status.and_then(|(_, status)| status.exit_status());
+        self.count.cases += 1;
+        self.count.wrong += u64::from(code != Some(GOOD.into()));
+        self.running -= 1;
+        Ok(())
+    }
+
+    /// Waits for all, and writes the last line. Returns the exit status.
+    fn end(mut self, campaign: &Campaign) -> Result<u8> {
+        while self.running > 0 {
+            self.wait_for_one()?;
         }
         #[derive(Serialize)]
         struct End {
@@ -122,76 +225,11 @@ impl<W: Write> BoardRun<'_, W> {
             phases: u32,
             seconds: f64,
         }
-        let seconds = (began.elapsed().as_secs_f64() * 10.0).round() / 10.0;
-        let code = if count.wrong == 0 { GOOD } else { WRONG };
-        write_line(&End { r#type: "end", count, faults: campaign.faults.len(), phases: campaign.phases, seconds })?;
+        let code = if self.count.wrong == 0 { GOOD } else { WRONG };
+        let seconds = (self.began.elapsed().as_secs_f64() * 10.0).round() / 10.0;
+        let (faults, phases) = (campaign.faults.len(), campaign.phases);
+        write_line(&End { r#type: "end", count: self.count, faults, phases, seconds })?;
         Ok(code)
-    }
-
-    /// Runs on to a time, s.
-    fn run_until(&mut self, seconds: f64) -> Result<()> {
-        self.pause_s = seconds;
-        while self.cpu.machine().seconds() < seconds {
-            self.step()?;
-        }
-        Ok(())
-    }
-
-    /// One case, in a process of its own. Returns its exit status.
-    fn case(&mut self, campaign: &Campaign, fault: &Fault, state: &str, phase: u32, armed: bool) -> Result<u8> {
-        let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
-        self.judge.begin_case(campaign.limits.clone());
-        let kind = InjectionKind::of(&fault.inject, self.image)?;
-        let lasts = fault.for_ms.map(|ms| ms * 1e-3);
-        self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts));
-        self.schedule_stop();
-        let Expected { reaction: expected, within_ms } = fault.expect;
-        let mut until = at + EFFECT_S;
-        let mut has_effect = false;
-        loop {
-            self.pause_s = until;
-            self.step()?;
-            let now = self.cpu.machine().seconds();
-            let reaction = self.injections[0].reaction(now);
-            if let (false, Some(effect)) = (has_effect, reaction.effect_s) {
-                has_effect = true;
-                until = effect + within_ms * 1e-3 + AFTERWARDS_S;
-            }
-            let off = off_us(&reaction);
-            let is_decided = match expected {
-                Reaction::Off => off.is_some(),
-                Reaction::Reset => off.is_some() && reaction.reset_us.is_some(),
-                Reaction::None | Reaction::OffOrNone | Reaction::Any => false,
-            };
-            if is_decided {
-                until = until.min(now + AFTERWARDS_S);
-            }
-            if now >= until {
-                break;
-            }
-        }
-        let now = self.cpu.machine().seconds();
-        let reaction = self.injections[0].reaction(now);
-        let (violations, first) = self.judge.violations();
-        let stays = self.output_state().armed == armed;
-        let why = match first {
-            Some(first) => Some(first.to_owned()),
-            None => missed(fault.expect, &reaction, stays),
-        };
-        let (off_us, reset_us) = (off_us(&reaction), reaction.reset_us);
-        let good = why.is_none();
-        write_line(&Case {
-            r#type: "case",
-            fault: &fault.name,
-            state,
-            phase,
-            good,
-            why,
-            off_us,
-            reset_us,
-            violations,
-        })?;
-        Ok(if good { GOOD } else { WRONG })
     }
 }
 
@@ -199,54 +237,8 @@ const fn on_or_off(outputs: bool) -> &'static str {
     if outputs { "on" } else { "off" }
 }
 
-/// From the effect until the servos got no pulse or no supply, us.
-fn off_us(reaction: &report::Reaction) -> Option<f64> {
-    match (reaction.low_us, reaction.rail_us) {
-        (Some(low), Some(rail)) => Some(low.min(rail)),
-        (low, rail) => low.or(rail),
-    }
-}
-
-/// What is missing from the expected reaction.
-fn missed(
-    Expected { reaction: expected, within_ms }: Expected,
-    reaction: &report::Reaction,
-    stays: bool,
-) -> Option<String> {
-    let in_time = |us: Option<f64>| us.is_some_and(|us| us <= within_ms * 1e3);
-    let off = off_us(reaction);
-    let ms = |us: Option<f64>| us.map_or("never".to_owned(), |us| format!("after {:.1} ms", us * 1e-3));
-    match expected {
-        Reaction::Any => None,
-        Reaction::None | Reaction::OffOrNone if reaction.reset_us.is_none() && stays => None,
-        Reaction::None => {
-            Some(format!("nothing was to happen; outputs off {}, reset {}", ms(off), ms(reaction.reset_us)))
-        }
-        _ if reaction.effect_s.is_none() => Some("it had no effect".into()),
-        Reaction::Off | Reaction::OffOrNone if in_time(off) => None,
-        Reaction::Off | Reaction::OffOrNone => Some(format!("outputs off {}; allowed are {within_ms} ms", ms(off))),
-        Reaction::Reset if in_time(off) && in_time(reaction.reset_us) => None,
-        Reaction::Reset => {
-            Some(format!("outputs off {}, reset {}; allowed are {within_ms} ms", ms(off), ms(reaction.reset_us)))
-        }
-    }
-}
-
-impl Count {
-    fn add(&mut self, code: i32) {
-        self.cases += 1;
-        self.wrong += u64::from(code != i32::from(GOOD));
-    }
-}
-
-/// Waits for the end of a case; its exit status, -1 after a signal.
-fn finished() -> Result<i32> {
-    let status = wait(WaitOptions::empty()).context("waiting for a case")?;
-    Ok(status.and_then(|(_, status)| status.exit_status()).unwrap_or(-1))
-}
-
 /// Writes a line at once: lines of several processes do not mix.
-fn write_line(line: &impl Serialize) -> Result<()> {
+pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_vec(line)?;
     text.push(b'\n');
     let mut out = std::io::stdout().lock();

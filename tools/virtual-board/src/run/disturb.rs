@@ -9,7 +9,6 @@ use super::BoardRun;
 use crate::board::BoardModel;
 use crate::cpu::{Cpu, Machine as _, Reg};
 use crate::inject::{Injection, InjectionKind};
-use crate::nvic;
 use crate::random::Random;
 use crate::rtt::RttReading;
 use crate::script::{Inject, Memory, RttReader, Stream};
@@ -57,6 +56,10 @@ impl<W: Write> BoardRun<'_, W> {
                 self.cpu.write_ram(address, &(word ^ mask).to_le_bytes()),
                 "{address:#010x} is neither a register nor in RAM"
             );
+            return Ok(());
+        }
+        if let InjectionKind::Other(Inject::Flash { address, half }) = *kind {
+            self.cpu.patch_flash(address, half)?;
             return Ok(());
         }
         if let InjectionKind::Other(inject) = kind {
@@ -258,12 +261,13 @@ fn disturb_board(board: &mut BoardModel, inject: &Inject, memory: &mut dyn DmaMe
         Inject::ConversionStall => board.soc.hold_conversions(0, true),
         Inject::StuckCode(code) => board.soc.set_stuck_bits(0, !code, code),
         Inject::StuckBits { low, high } => board.soc.set_stuck_bits(0, low, high),
-        Inject::Interrupt { number, enable } => {
+        Inject::Exception { number, enable } => {
             if enable {
-                board.nvic.enable(nvic::FIRST_LINE + number);
+                board.nvic.enable(number);
             }
-            board.nvic.pend(nvic::FIRST_LINE + number);
+            board.nvic.pend(number);
         }
+        Inject::Reset(cause) => board.reset = Some(cause.into()),
         Inject::Write { address, value } => board.store(address, Width::Word, value, memory),
         Inject::Wave(ref wave) => board.plant.drive(wave.pin.0, Waveform::from(wave.clone(), now)),
         _ => {}

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 use stm32f4_model::{Conversion, Lint};
 
-use super::{BoardRun, IdleState, PERIODIC_JOB_S};
+use super::{BoardRun, IdleState, PERIODIC_JOB_S, ROUNDING_S};
 use crate::console::ConsoleCommand;
 use crate::inject::{InjectionKind, Moment};
 use crate::plant::{BUTTON, ButtonPress, EMERGENCY_STOP};
@@ -39,6 +39,10 @@ impl<W: Write> BoardRun<'_, W> {
         if let Some(servos) = &mut self.servos {
             servos.take(&periods, &activity, now.seconds, in_pulse);
         }
+        if let Some(driving) = &mut self.driving {
+            periods.iter().for_each(|period| driving.take(period));
+            activity.iter().for_each(|change| driving.change(change));
+        }
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
             self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us, rail: period.rail });
@@ -62,7 +66,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// Performs the job of each virtual millisecond. Returns a reason to end, if any.
     pub(super) fn run_periodic_job(&mut self) -> Result<Option<&'static str>> {
         let seconds = self.cpu.machine().seconds();
-        if seconds + 1e-9 < (self.periods + 1) as f64 * PERIODIC_JOB_S {
+        if seconds + ROUNDING_S < (self.periods + 1) as f64 * PERIODIC_JOB_S {
             // Stopped for an injection.
             return Ok(None);
         }
@@ -138,7 +142,10 @@ impl<W: Write> BoardRun<'_, W> {
         let bytes = rtt.poll(&mut self.cpu);
         if !bytes.is_empty() {
             self.rtt_bytes += bytes.len() as u64;
-            let hex = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xF]).map(hex_digit).collect();
+            let hex: String = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xF]).map(hex_digit).collect();
+            if let Some(log) = &mut self.log {
+                log.push_str(&hex);
+            }
             self.report.line(&ReportLine::Rtt { t_s: self.now_s(), hex });
         }
     }

@@ -1,11 +1,10 @@
 //! What can happen to the board: the words of scripts and campaigns, and their allowed values.
 
-use std::fmt;
-
 use anyhow::{Result, ensure};
 use serde::Deserialize;
 
-use crate::cpu::Reg;
+use super::values::{Cause, CoreRegister, Memory, RttReader, Stream};
+use crate::nvic::{EXCEPTIONS, Nvic};
 use crate::pin_name::PinName;
 use crate::waveform::Wave;
 
@@ -79,6 +78,8 @@ pub(crate) enum Inject {
     },
     /// The reset button is pressed, and released at the end.
     ResetButton,
+    /// The chip is reset at once.
+    Reset(Cause),
     /// A sector of the flash is erased, as by a debugger.
     FlashErase {
         /// Number of the sector.
@@ -94,6 +95,13 @@ pub(crate) enum Inject {
         value: u32,
         /// The power is lost so long after the start, us.
         cut_us: Option<f64>,
+    },
+    /// A half-word of the flash reads as this from now on, without an operation of the flash.
+    Flash {
+        /// Its address, even.
+        address: u32,
+        /// What it reads as.
+        half: u16,
     },
     /// The requests of a DMA stream are not served.
     TransferStall(Stream),
@@ -126,9 +134,9 @@ pub(crate) enum Inject {
         /// The value.
         value: u32,
     },
-    /// An interrupt becomes pending that nothing asked for.
-    Interrupt {
-        /// Its number.
+    /// An exception becomes pending that nothing has requested.
+    Exception {
+        /// Its number: 2 to 15 those of the core, 16 and more the interrupts.
         number: u8,
         /// It is enabled too.
         #[serde(default)]
@@ -147,71 +155,11 @@ pub(crate) enum Inject {
     Rtt(RttReader),
 }
 
-/// What becomes of the RAM while the power is off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Memory {
-    /// It keeps its content.
-    Kept,
-    /// Its content is drawn at random.
-    Scrambled,
-}
-
-/// A stream of a DMA controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Stream {
-    /// 1 or 2.
-    pub(crate) controller: u8,
-    /// 0 to 7.
-    pub(crate) stream: u8,
-}
-
-/// How the debugger reads the log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum RttReader {
-    /// Not at all.
-    Stopped,
-    /// One byte a millisecond.
-    Byte,
-}
-
-/// A register of the core: `r0` to `r12`, `sp`, `lr` or `pc`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct CoreRegister(pub(crate) Reg);
-
-impl TryFrom<String> for CoreRegister {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        let number = || name.strip_prefix('r')?.parse().ok().filter(|n: &u8| *n <= 12 && name == format!("r{n}"));
-        let reg = match name.as_str() {
-            "sp" => Some(Reg::Sp),
-            "lr" => Some(Reg::Lr),
-            "pc" => Some(Reg::Pc),
-            _ => number().map(Reg::R),
-        };
-        reg.map(CoreRegister)
-            .ok_or_else(|| format!("`{name}` is no register of the core; allowed are r0 to r12, sp, lr and pc"))
-    }
-}
-
-/// As in a file.
-impl fmt::Display for CoreRegister {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Reg::R(n) => write!(f, "r{n}"),
-            Reg::Lr => f.write_str("lr"),
-            Reg::Pc => f.write_str("pc"),
-            _ => f.write_str("sp"),
-        }
-    }
-}
-
 /// Frequencies of a crystal that the model takes, Hz.
 const CRYSTAL_HZ: std::ops::RangeInclusive<f64> = 1e6..=50e6;
+
+/// Addresses of the flash.
+const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0810_0000;
 
 impl Inject {
     /// Checks the values.
@@ -250,12 +198,18 @@ impl Inject {
                 cut_ms.map_or(Ok(()), |ms| positive("cut_ms", ms))
             }
             Inject::FlashProgram { address, cut_us, .. } => {
-                let flash = 0x0800_0000..0x0810_0000;
                 ensure!(
-                    flash.contains(address) && address.is_multiple_of(4),
+                    FLASH.contains(address) && address.is_multiple_of(4),
                     "address is {address:#010x}; allowed are multiples of 4 from 0x08000000 to 0x080ffffc"
                 );
                 cut_us.map_or(Ok(()), |us| positive("cut_us", us))
+            }
+            Inject::Flash { address, .. } => {
+                ensure!(
+                    FLASH.contains(address) && address.is_multiple_of(2),
+                    "address is {address:#010x}; allowed are even ones from 0x08000000 to 0x080ffffe"
+                );
+                Ok(())
             }
             Inject::TransferStall(Stream { controller, stream })
             | Inject::TransferLost(Stream { controller, stream }) => {
@@ -278,8 +232,12 @@ impl Inject {
                 ensure!(*bit <= 31, "bit is {bit}; allowed are 0 to 31");
                 Ok(())
             }
-            Inject::Interrupt { number, .. } => {
-                ensure!(*number < crate::nvic::LINES, "number is {number}; allowed are 0 to 81");
+            Inject::Exception { number, .. } => {
+                ensure!(
+                    *number > 1 && Nvic::exists(*number),
+                    "number is {number}; allowed are 2 to {}, of which those from 16 on are the interrupts",
+                    EXCEPTIONS - 1
+                );
                 Ok(())
             }
             Inject::Write { address, .. } | Inject::Flip { address, .. } => {
@@ -314,8 +272,10 @@ impl Inject {
             Inject::Vdd(_) => "vdd",
             Inject::PowerCycle { .. } => "power-cycle",
             Inject::ResetButton => "reset-button",
+            Inject::Reset(_) => "reset",
             Inject::FlashErase { .. } => "flash-erase",
             Inject::FlashProgram { .. } => "flash-program",
+            Inject::Flash { .. } => "flash",
             Inject::TransferStall(_) => "transfer-stall",
             Inject::TransferLost(_) => "transfer-lost",
             Inject::ConversionStall => "conversion-stall",
@@ -323,7 +283,7 @@ impl Inject {
             Inject::StuckBits { .. } => "stuck-bits",
             Inject::CoreFlip { .. } => "core-flip",
             Inject::CoreSet { .. } => "core-set",
-            Inject::Interrupt { .. } => "interrupt",
+            Inject::Exception { .. } => "exception",
             Inject::Write { .. } => "write",
             Inject::Wave(_) => "wave",
             Inject::Rtt(_) => "rtt",
@@ -334,7 +294,12 @@ impl Inject {
     pub(crate) const fn can_cut_a_pulse(&self) -> bool {
         matches!(
             self,
-            Inject::Vdd(_) | Inject::PowerCycle { .. } | Inject::ResetButton | Inject::Write { .. } | Inject::Wave(_)
+            Inject::Vdd(_)
+                | Inject::PowerCycle { .. }
+                | Inject::ResetButton
+                | Inject::Reset(_)
+                | Inject::Write { .. }
+                | Inject::Wave(_)
         )
     }
 
@@ -395,7 +360,10 @@ mod tests {
             ("{ stuck-bits = { high = 1 } }", "stuck-bits"),
             ("{ core-flip = { register = \"r12\", bit = 31 } }", "core-flip"),
             ("{ core-set = { register = \"sp\", value = 0x1000 } }", "core-set"),
-            ("{ interrupt = { number = 81, enable = true } }", "interrupt"),
+            ("{ exception = { number = 97, enable = true } }", "exception"),
+            ("{ exception = { number = 2 } }", "exception"),
+            ("{ reset = \"window-watchdog\" }", "reset"),
+            ("{ flash = { address = 0x080F_FFFE, half = 0 } }", "flash"),
             ("{ write = { address = 0xE000_1004, value = 0xFFFF_FF00 } }", "write"),
             ("{ wave = { pin = \"PA0\", hz = 40.0 } }", "wave"),
             ("{ wave = { pin = \"PA0\", edges_ms = [0, 5.5, 9] } }", "wave"),
@@ -422,7 +390,11 @@ mod tests {
             ("{ core-flip = { register = \"r13\", bit = 0 } }", "r0 to r12, sp, lr and pc"),
             ("{ core-flip = { register = \"r01\", bit = 0 } }", "r0 to r12, sp, lr and pc"),
             ("{ core-flip = { register = \"r1\", bit = 32 } }", "allowed are 0 to 31"),
-            ("{ interrupt = { number = 82 } }", "allowed are 0 to 81"),
+            ("{ exception = { number = 98 } }", "allowed are 2 to 97"),
+            ("{ exception = { number = 1 } }", "allowed are 2 to 97"),
+            ("{ reset = \"fire\" }", "`window-watchdog`"),
+            ("{ flash = { address = 0x0810_0000, half = 0 } }", "to 0x080ffffe"),
+            ("{ flash = { address = 0x0800_0001, half = 0 } }", "allowed are even ones"),
             ("{ write = { address = 1, value = 0 } }", "multiples of 4"),
             ("{ wave = { pin = \"PA0\" } }", "edges_ms or hz"),
             ("{ wave = { pin = \"PA0\", khz = 1 } }", "unknown field `khz`"),

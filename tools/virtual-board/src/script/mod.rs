@@ -2,8 +2,10 @@
 
 mod event;
 mod inject;
+mod values;
 mod watcher;
 
 pub(crate) use event::{Moment, On, Script};
-pub(crate) use inject::{CoreRegister, Inject, Memory, RttReader, Stream};
+pub(crate) use inject::Inject;
+pub(crate) use values::{CoreRegister, Memory, RttReader, Stream};
 pub(crate) use watcher::Watcher;

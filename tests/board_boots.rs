@@ -1,0 +1,208 @@
+//! Boots of the flashed image on the virtual board: every cause of a reset, crashes before it, damaged parameter sectors, buttons that are held. No edge at
+//! a servo pin before a gesture that arms, and the log says why the board booted.
+
+use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
+use firmware::post_mortem::LOCKOUT_STREAK;
+use footfall::board::image::Image;
+use footfall::board::telemetry::record_in;
+use footfall_tests::campaign::{self, head};
+use joint_loop::store::robot_record;
+use joint_loop::{RecordName, RobotConfig};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::process::ExitCode;
+use test_suite::{report, tests};
+use wire::{Boot, Record, Reset, Subject};
+
+/// Boots without `FOOTFALL_BOOTS`.
+const SAMPLE: usize = 44;
+/// States of the run `crashes`: so many crashes in a row before.
+const CRASHES: [&str; 5] = ["no crash", "one crash", "two crashes", "three crashes", "four crashes"];
+/// Causes of a reset: in the file of a campaign, and as the board has to report them.
+const CAUSES: [(&str, Reset); 7] = [
+    ("power-on", Reset::PowerOn),
+    ("pin", Reset::Pin),
+    ("brown-out", Reset::BrownOut),
+    ("watchdog", Reset::IndependentWatchdog),
+    ("window-watchdog", Reset::WindowWatchdog),
+    ("software", Reset::Software),
+    ("low-power", Reset::LowPower),
+];
+
+fn main() -> ExitCode {
+    test_suite::run(tests![no_boot_moves_a_pin_and_each_says_why(Image), a_boot_with_a_gesture_arms(Image)])
+}
+
+/// What is wrong with the parameter sectors: the half-words that change, and what the board then refuses.
+struct Damage {
+    name: &'static str,
+    halves: Vec<(u32, u16)>,
+    refused: Option<Subject>,
+}
+
+/// A sector without a record is erased: then one bit of it makes it a damaged one. The robot's has a record.
+fn damages() -> Vec<Damage> {
+    const LAST: u32 = 0x3FFE;
+    let record = robot_record::record_of(&RobotConfig::default_biped(), &RecordName::BUILT_IN);
+    let half = |at: usize| u16::from_le_bytes([record.bytes()[at], record.bytes()[at + 1]]);
+    let end = record.bytes().len();
+    let mut all = vec![Damage { name: "none", halves: vec![], refused: None }];
+    for (sector, refused) in [(GENERATOR_SECTOR, Subject::GeneratorRecord), (SENSORS_SECTOR, Subject::SensorRecord)] {
+        for (name, at, half) in
+            [("a bit at its end", LAST, 0x7FFF), ("half a magic word", 0, 0x4646), ("zeros", 0x100, 0)]
+        {
+            all.push(Damage { name, halves: vec![(sector + at, half)], refused: Some(refused) });
+        }
+    }
+    for (name, changes) in [
+        ("the robot's magic word", vec![(0, !half(0))]),
+        ("a bit of the robot's words", vec![(40, half(40) ^ 1)]),
+        ("the robot's record is not committed", vec![(end - 4, 0xFFFF), (end - 2, 0xFFFF)]),
+        ("a bit behind the robot's record", vec![(LAST as usize, 0x7FFF)]),
+    ] {
+        let halves = changes.into_iter().map(|(at, half)| (ROBOT_SECTOR + at as u32, half)).collect();
+        all.push(Damage { name, halves, refused: Some(Subject::RobotRecord) });
+    }
+    all
+}
+
+/// One boot.
+struct Case<'a> {
+    crashes: usize,
+    cause: (&'static str, Reset),
+    damage: &'a Damage,
+    is_button_held: bool,
+    is_stop_open: bool,
+    is_sensor_open: bool,
+}
+
+impl Case<'_> {
+    fn name(&self) -> String {
+        format!(
+            "{}, {}, {}, button {}, stop {}, sensor {}",
+            CRASHES[self.crashes],
+            self.cause.0,
+            self.damage.name,
+            self.is_button_held,
+            self.is_stop_open,
+            self.is_sensor_open
+        )
+    }
+
+    /// As a sequence of a campaign: what is there before the reset, the reset, and the button's release 0.1 s after it.
+    fn sequence(&self) -> String {
+        let mut text = format!(
+            "[[sequence]]\nname = \"{}\"\nstate = \"{}\"\nlasts_s = 0.16\nlog = true\n",
+            self.name(),
+            CRASHES[self.crashes]
+        );
+        if self.is_button_held {
+            text += "press = [{ at_s = 0.001, hold_s = 0.104 }]\n";
+        }
+        let mut injects: Vec<String> = self
+            .damage
+            .halves
+            .iter()
+            .map(|(address, half)| format!("flash = {{ address = {address}, half = {half} }}"))
+            .collect();
+        injects.extend(self.is_stop_open.then(|| "level = { pin = \"PB12\", high = false }".into()));
+        injects.extend(self.is_sensor_open.then(|| "volts = { pin = \"PA1\", volts = 0.0 }".into()));
+        let injects: String = injects.iter().map(|what| format!("{{ at_s = 0.002, what = {{ {what} }} }}, ")).collect();
+        let _ = writeln!(text, "inject = [{injects}{{ at_s = 0.005, what = {{ reset = \"{}\" }} }}]", self.cause.0);
+        text
+    }
+
+    /// Crashes in a row that the board has to report: a person's hand ends the row, a watchdog adds to it.
+    fn streak(&self) -> u32 {
+        match self.cause.1 {
+            Reset::PowerOn | Reset::Pin => 0,
+            Reset::IndependentWatchdog | Reset::WindowWatchdog => self.crashes as u32 + 1,
+            _ => self.crashes as u32,
+        }
+    }
+
+    /// Compares what came with what has to come.
+    fn check(&self, result: &Value, image: &Image) {
+        let name = self.name();
+        assert_eq!((&result["good"], &result["edges"]), (&Value::Bool(true), &Value::from(0)), "{name}: {result}");
+        assert_eq!(result["drives_s"], serde_json::json!([]), "{name}");
+        assert_eq!(result["resets"], serde_json::json!([self.cause.1.name()]), "{name}: one reset");
+        let (boots, refused) = log(&name, result["log"].as_str().expect("a log"), image);
+        let [boot] = &boots[..] else { panic!("{name}: {} boot records", boots.len()) };
+        assert_eq!((boot.reset, boot.streak), (self.cause.1, self.streak()), "{name}");
+        let mut wanted: Vec<Subject> =
+            (self.streak() >= LOCKOUT_STREAK).then_some(Subject::Arming).into_iter().collect();
+        wanted.extend(self.damage.refused);
+        assert_eq!(refused, wanted, "{name}");
+    }
+}
+
+/// Boot records and refusals of a log.
+fn log(name: &str, hex: &str, image: &Image) -> (Vec<Boot>, Vec<Subject>) {
+    let digits: Vec<u32> = hex.chars().map(|digit| digit.to_digit(16).expect("a digit")).collect();
+    let bytes: Vec<u8> = digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect();
+    let mut decoder = image.decoder();
+    decoder.push(&bytes);
+    let (mut boots, mut refused) = (Vec::new(), Vec::new());
+    while let Some(message) = decoder.message() {
+        let text = message.unwrap_or_else(|_| panic!("{name}: whole frames")).text;
+        match record_in(&text).map(|record| record.expect("a record")) {
+            Some(Record::Boot(boot)) => boots.push(boot),
+            Some(Record::Refused(one)) => refused.push(one.subject),
+            _ => {}
+        }
+    }
+    (boots, refused)
+}
+
+fn cases(damages: &[Damage]) -> Vec<Case<'_>> {
+    let mut all = Vec::new();
+    for crashes in 0..CRASHES.len() {
+        for cause in CAUSES {
+            for damage in damages {
+                for bits in 0..8 {
+                    let [is_button_held, is_stop_open, is_sensor_open] = [1, 2, 4].map(|bit| bits & bit != 0);
+                    all.push(Case { crashes, cause, damage, is_button_held, is_stop_open, is_sensor_open });
+                }
+            }
+        }
+    }
+    all
+}
+
+fn no_boot_moves_a_pin_and_each_says_why() {
+    let damages = damages();
+    let all = cases(&damages);
+    let count = std::env::var("FOOTFALL_BOOTS").map_or(SAMPLE, |count| count.parse().expect("a number of boots"));
+    // The step has no divisor in common with the number of cases: each comes once, and a sample has some of all.
+    const STEP: usize = 37;
+    let chosen: Vec<&Case> = (0..count.min(all.len())).map(|n| &all[n * STEP % all.len()]).collect();
+    let text = chosen.iter().fold(head(), |text, case| text + &case.sequence());
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), text).expect("written");
+    let outcome = campaign::run(file.path(), "crashes", &[]);
+    assert_eq!((outcome.code, outcome.cases.len()), (Some(0), chosen.len()), "{}", outcome.said);
+    let image = Image::read(std::env::var_os("FOOTFALL_ELF").expect("FOOTFALL_ELF").as_ref()).expect("the image");
+    for case in &chosen {
+        let name = case.name();
+        let mut of_it = outcome.cases.iter().filter(|result| result["name"] == name.as_str());
+        case.check(of_it.next().expect("a result"), &image);
+        assert!(of_it.next().is_none(), "{name}: once");
+    }
+    report!("{} of {} boots: no edge at a servo pin, each with its cause in the log", chosen.len(), all.len());
+}
+
+/// What the test above looks for is there when it has to come.
+fn a_boot_with_a_gesture_arms() {
+    let text = head()
+        + "[[sequence]]\nname = \"a\"\nstate = \"one crash\"\nlasts_s = 0.9\n\
+           inject = [{ at_s = 0.005, what = { reset = \"pin\" } }]\n\
+           emergency_stop = [{ at_s = 0.1, hold_s = 0.1 }]\npress = [{ at_s = 0.3, hold_s = 0.4 }]\n";
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), text).expect("written");
+    let outcome = campaign::run(file.path(), "crashes", &[]);
+    let result = &outcome.cases[0];
+    assert!(result["edges"].as_u64() > Some(8), "{result}");
+    let drives: Vec<f64> = result["drives_s"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
+    assert!(drives.len() == 1 && (0.7..0.76).contains(&drives[0]), "{drives:?}");
+}
