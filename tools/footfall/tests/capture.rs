@@ -439,10 +439,10 @@ fn what_cannot_be_replayed_is_said() {
     let (code, _, said) = replayed(&late);
     assert!(code == Some(1) && said.contains("the boot record was lost") && said.contains("no tick could be compared"));
     let json = bench.path("late.csv.json");
-    let text = std::fs::read_to_string(&json).unwrap().replacen("\"schema\": 8", "\"schema\": 5", 1);
+    let text = std::fs::read_to_string(&json).unwrap().replacen("\"schema\": 9", "\"schema\": 5", 1);
     std::fs::write(&json, text).unwrap();
     let (code, _, said) = replayed(&late);
-    assert!(code == Some(2) && said.contains("late.csv.json: schema 5; allowed is 8"), "{said}");
+    assert!(code == Some(2) && said.contains("late.csv.json: schema 5; allowed is 9"), "{said}");
     std::fs::remove_file(&json).unwrap();
     assert!(replayed(&late).2.contains("late.csv.json: cannot be read"));
     std::fs::write(bench.path("x.mcap"), b"no").unwrap();
