@@ -1,5 +1,5 @@
 //! What a person does to the button and the emergency stop of the flashed image on the virtual board: contacts that chatter, and holds around every
-//! transition of the supervisor. Judged at the pins: servos are driven anew at most once for each deliberate gesture, right after it.
+//! transition of the supervisor. Judged at the pins: servos are driven again at most once for each deliberate gesture, right after it.
 
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::campaign::{self, Outcome, head};
@@ -77,7 +77,7 @@ struct Case {
     stop: Contact,
     /// Of the file: what happens besides.
     inject: String,
-    /// How often the servos are driven anew; `None`: at most once for each gesture.
+    /// How often the servos are driven again; `None`: at most once for each gesture.
     arms: Option<usize>,
 }
 
@@ -101,7 +101,7 @@ impl Case {
         text
     }
 
-    /// Each time at which the servos are driven anew belongs to a gesture of its own that has just ended.
+    /// Each time at which the servos are driven again belongs to a gesture of its own that has just ended.
     fn check(&self, result: &Value) -> usize {
         /// From the release: 20 ms of debouncing, and a servo frame.
         const SOON_S: std::ops::Range<f64> = 0.0..0.045;
@@ -126,7 +126,7 @@ fn chosen(cases: Vec<Case>, one_of: usize) -> Vec<Case> {
     cases.into_iter().step_by(if all { 1 } else { one_of }).collect()
 }
 
-/// Runs the cases, and checks each; how often servos were driven anew.
+/// Runs the cases, and checks each; how often servos were driven again.
 fn run(cases: &[Case]) -> usize {
     let text = cases.iter().fold(head(), |text, case| text + &case.sequence());
     let file = tempfile::NamedTempFile::new().expect("a file");
