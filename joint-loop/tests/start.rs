@@ -10,11 +10,11 @@ use support::*;
 /// Ticks from the start to the first pulse at the latest: a servo frame, and as long again until the outputs are on.
 const FIRST_PULSE: usize = 40;
 
-/// A hold of the button that arms, and so many ticks: the pulses of each tick from the arming on, and the state after it.
+/// So many ticks with a hold of the button that arms, after a tenth of a second in which it is seen released: the pulses of each tick from the arming on, and the state after it.
 fn armed(joints: &mut JointLoop<Walk, 1>, ticks: u32) -> Vec<([PulseMicros; 4], [Radians; 4], SupervisorState)> {
     let mut all = Vec::new();
     for tick in 0..ticks {
-        let command = joints.tick(&Sample { button: tick < 400, ..good(tick) });
+        let command = joints.tick(&Sample { button: (100..500).contains(&tick), ..good(tick) });
         if let Some(pulses) = command.pulses {
             let frame = joints.frame();
             all.push((pulses, frame.setpoints, frame.state));
@@ -64,6 +64,8 @@ fn after_a_fault_an_arming_starts_at_the_last_pulses() {
         // One hold acknowledges the fault, the next one arms.
         assert!(armed(&mut joints, 1_000).is_empty());
         assert!(joints.knows_last_pulses());
+        // A third press within 5 s does not arm.
+        idle(&mut joints, 5_000);
         assert_goes_to_park_first(&armed(&mut joints, 5_000), last);
     }
 }
@@ -105,7 +107,8 @@ fn after_a_stop_an_arming_is_as_the_first_one() {
     let mut joints = default_loop();
     let first = armed(&mut joints, 1_000);
     press(&mut joints);
-    idle(&mut joints, 2_000);
+    // A third press within 5 s does not arm.
+    idle(&mut joints, 6_000);
     assert_eq!(joints.state(), SupervisorState::Disarmed);
     let second = armed(&mut joints, 1_000);
     // The generator has gone on, so its angles differ; the first tick is the park pose, and the ramp begins with the next.
@@ -120,7 +123,7 @@ fn a_stop_on_the_way_ends_at_the_park_pose() {
         let last = armed(&mut default_loop(), 4_000).last().expect("it walked").0;
         let mut joints = default_loop();
         assert!(joints.start_from(last));
-        let before = armed(&mut joints, 420 + at);
+        let before = armed(&mut joints, 520 + at);
         assert!(!before.is_empty());
         let mut ended = last;
         for tick in 0..3_000 {

@@ -3,10 +3,12 @@
 mod campaign;
 mod case;
 mod disturb;
+mod drift;
 mod exceptions;
 mod flash_files;
 mod moments;
 mod periodic;
+mod saved_sector;
 
 use std::io::Write;
 use std::time::Instant;
@@ -34,9 +36,9 @@ use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 pub(crate) use campaign::Plan;
-use disturb::Drift;
-pub(crate) use flash_files::FlashDownload;
-use flash_files::SavedSector;
+use drift::Drift;
+pub(crate) use saved_sector::FlashDownload;
+use saved_sector::SavedSector;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
 const PERIODIC_JOB_S: f64 = 1e-3;

@@ -227,7 +227,7 @@ mod tests {
     use joint_loop::generator::spline::{SplineJoint, SplineSet};
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
     use joint_loop::tuning::{Action, Request};
-    use joint_loop::{BoardFaults, GeneratorConfig, Sample};
+    use joint_loop::{BoardFaults, GeneratorConfig, Sample, WatchdogHz};
     use joint_units::{AdcCode, Volts};
 
     /// The control loop of a board with this generator, armed, with these requests made at rest; every setpoint, degrees.
@@ -250,6 +250,7 @@ mod tests {
                 button: (100..500).contains(&tick),
                 faults: if (30..60).contains(&tick) { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE },
                 request,
+                watchdog_clock: Some(WatchdogHz(32_000)),
                 ..Sample::default()
             };
             joints.tick(&sample);

@@ -8,7 +8,7 @@ use footfall::board::telemetry::printed;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
 use joint_loop::store::{robot_record, sensor_record};
-use joint_loop::{BoardFaults, RecordName, RobotConfig, Sample};
+use joint_loop::{BoardFaults, RecordName, RobotConfig, Sample, WatchdogHz};
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -173,7 +173,9 @@ impl SimulatedBoard {
             // After each boot the emergency stop is tested.
             let is_test = (25..50).contains(&self.joints.frame().tick);
             let faults = if is_test { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
-            let sample = Sample { codes, vrefint, button, faults, ..Sample::default() };
+            // At its first tick a board has measured the clock of its watchdog.
+            let watchdog_clock = (self.joints.frame().tick == 0).then_some(WatchdogHz(32_000));
+            let sample = Sample { codes, vrefint, button, faults, watchdog_clock, ..Sample::default() };
             let command = self.joints.tick(&sample);
             self.calls.push(Call::of(&sample, 1));
             self.t_ms += 1;

@@ -102,7 +102,7 @@ impl<W: Write> BoardRun<'_, W> {
                 on_or_off(state.outputs)
             );
             while let Some((_, item)) = items.next_if(|(at, _)| *at == number) {
-                pool.wait_for_free_job()?;
+                pool.wait_for_slot()?;
                 match fork().map_err(|error| anyhow::anyhow!("cannot make a process: {error}"))? {
                     Fork::Parent(_) => pool.running += 1,
                     Fork::Child => {
@@ -189,7 +189,7 @@ impl Pool {
     }
 
     /// Waits until another case may begin, and says how far the campaign is.
-    fn wait_for_free_job(&mut self) -> Result<()> {
+    fn wait_for_slot(&mut self) -> Result<()> {
         if self.running == self.jobs {
             self.wait_for_one()?;
         }

@@ -6,6 +6,7 @@ use anyhow::{Result, ensure};
 use stm32f4_model::{DmaMemory, FlashOperation, ResetCause, Width};
 
 use super::BoardRun;
+use super::drift::Drift;
 use crate::board::BoardModel;
 use crate::cpu::{Cpu, Machine as _, Reg};
 use crate::inject::{Injection, InjectionKind};
@@ -27,24 +28,6 @@ const TIM1_CR1: u32 = 0x4001_0000;
 const FLASH_KEYR: u32 = 0x4002_3C04;
 const FLASH_CR: u32 = 0x4002_3C10;
 const FLASH_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-
-/// A frequency of the crystal that changes evenly.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Drift {
-    /// Beginning and end, s.
-    from_s: f64,
-    until_s: f64,
-    /// Frequency at the beginning and at the end, Hz.
-    from_hz: f64,
-    to_hz: f64,
-}
-
-impl Drift {
-    fn hz_at(&self, seconds: f64) -> f64 {
-        let part = ((seconds - self.from_s) / (self.until_s - self.from_s)).clamp(0.0, 1.0);
-        self.from_hz + (self.to_hz - self.from_hz) * part
-    }
-}
 
 impl<W: Write> BoardRun<'_, W> {
     /// Changes what is outside the program.
@@ -300,16 +283,5 @@ fn unlock_flash(board: &mut BoardModel) {
     const LOCK: u32 = 1 << 31;
     if board.soc.read(FLASH_CR, Width::Word) & LOCK != 0 {
         FLASH_KEYS.into_iter().for_each(|key| board.soc.write(FLASH_KEYR, Width::Word, key));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_drift_is_even_and_stays_at_its_end() {
-        let drift = Drift { from_s: 1.0, until_s: 3.0, from_hz: 8e6, to_hz: 9e6 };
-        assert_eq!([0.5, 1.0, 2.0, 3.0, 4.0].map(|t| drift.hz_at(t)), [8e6, 8e6, 8.5e6, 9e6, 9e6]);
     }
 }

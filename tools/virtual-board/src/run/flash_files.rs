@@ -2,29 +2,13 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use stm32f4_model::flash_sector_at;
 
 use super::BoardRun;
+use super::saved_sector::{FlashDownload, SavedSector};
 use crate::cpu::Cpu as _;
-
-/// A file, and the flash address of its bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct FlashDownload {
-    pub(crate) addr: u32,
-    pub(crate) file: PathBuf,
-}
-
-/// A sector, and the file that gets it.
-#[derive(Debug)]
-pub(super) struct SavedSector {
-    address: u32,
-    bytes: u32,
-    to: FlashDownload,
-    file: File,
-}
 
 impl<W: Write> BoardRun<'_, W> {
     /// Creates the files of the sectors to save.

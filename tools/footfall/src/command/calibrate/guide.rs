@@ -212,7 +212,7 @@ mod tests {
     use super::*;
     use crate::board::telemetry::printed;
     use std::io::Cursor;
-    use wire::{Call, Inputs, Record};
+    use wire::{Call, Environment, Inputs, Record};
 
     fn plan(angles_deg: &[f64]) -> Plan {
         Plan { angles_deg: angles_deg.into(), samples: 4, most_sd: 3.0 }
@@ -249,7 +249,13 @@ mod tests {
             printed(&Record::Inputs(Inputs { first_tick, calls: codes.map(call).into_iter().collect() }))
         };
         let (one, two) = (inputs(7, [2048, 2049]), inputs(9, [2047, 2046]));
-        let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\nwire [07, 00, 00]\n{two}\n");
+        let other = printed(&Record::Environment(Environment {
+            die_c: None,
+            supply_v: None,
+            watchdog_hz: None,
+            debugger: false,
+        }));
+        let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\n{other}\n{two}\n");
         let (text, _) = guided(&[30.0, 40.0, 50.0], &log, "skip\n\nend\n");
         assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1502\n40,2047,1502\n40,2046,1502\n");
     }

@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
     use joint_loop::tuning::Request;
-    use joint_loop::{BoardFaults, Cause, Sample};
+    use joint_loop::{BoardFaults, Cause, Sample, WatchdogHz};
     use joint_units::{AdcCode, Volts};
     use std::sync::mpsc::{Sender, channel};
 
@@ -312,7 +312,9 @@ mod tests {
                 _ if self.fault_at == Some(now) => BoardFaults::CLOCK,
                 _ => BoardFaults::NONE,
             };
-            self.joints.tick(&Sample { button, faults, request, vrefint: AdcCode(1501), ..Sample::default() });
+            let watchdog_clock = Some(WatchdogHz(32_000));
+            let vrefint = AdcCode(1501);
+            self.joints.tick(&Sample { button, faults, request, vrefint, watchdog_clock, ..Sample::default() });
         }
     }
 
