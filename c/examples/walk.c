@@ -1,6 +1,6 @@
 // Steps a generator and the control loop, and prints what both gave: two objects in static memory, no heap.
 //
-// cc -I c/include c/examples/walk.c libfootfall_c.a -o walk
+// cc -I c/include c/examples/walk.c libfootfall_c.a -lm -lpthread -ldl -o walk
 
 #include <stdio.h>
 
