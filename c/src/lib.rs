@@ -5,7 +5,7 @@
 //! | [`generator`] | `footfall_generator_...`: gaits by name, generators of records |
 //! | [`control`] | `footfall_loop_...`: the control loop, tick by tick |
 //! | [`error`] | status codes, and the text of an error |
-//! | [`slot`] | a value in memory of the caller |
+//! | `slot` | a value in memory of the caller |
 //!
 //! Nothing allocates. A caller owns every object as a plain variable; `footfall_..._build` functions fill it, all others refuse
 //! one that is not filled.
