@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use super::tool::{CHROMIUM_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS};
+use super::tool::{
+    CHROMIUM_TOOLS, CPP_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS,
+};
 
 /// The variable that makes needs required: their names with commas between them, or `all`.
 pub(crate) const REQUIRE: &str = "FOOTFALL_REQUIRE";
@@ -31,11 +33,13 @@ pub(crate) enum Need {
     Chromium,
     /// Python with virtual environments.
     Python,
+    /// A compiler of C++.
+    Cpp,
 }
 
 impl Need {
     /// Every need.
-    pub(crate) const ALL: [Need; 8] = [
+    pub(crate) const ALL: [Need; 9] = [
         Need::BoardCompiler,
         Need::VirtualBoard,
         Need::Qemu,
@@ -44,10 +48,11 @@ impl Need {
         Need::Node,
         Need::Chromium,
         Need::Python,
+        Need::Cpp,
     ];
 
     /// The groups of optional tools that `cargo xtask setup --with GROUP` installs.
-    pub(crate) const GROUPS: [Need; 4] = [Need::Qemu, Need::Node, Need::Chromium, Need::Python];
+    pub(crate) const GROUPS: [Need; 5] = [Need::Qemu, Need::Node, Need::Chromium, Need::Python, Need::Cpp];
 
     /// The name in `FOOTFALL_REQUIRE` and `--with`.
     pub(crate) fn name(self) -> &'static str {
@@ -60,6 +65,7 @@ impl Need {
             Need::Node => "node",
             Need::Chromium => "chromium",
             Need::Python => "python",
+            Need::Cpp => "c++",
         }
     }
 
@@ -83,6 +89,7 @@ impl Need {
             Need::Node => &NODE_TOOLS,
             Need::Chromium => &CHROMIUM_TOOLS,
             Need::Python => &PYTHON_TOOLS,
+            Need::Cpp => &CPP_TOOLS,
         }
     }
 }
@@ -127,8 +134,8 @@ impl Required {
     pub(crate) fn for_tests(&self, with_image: bool) -> String {
         let named = |need: &Need| match need {
             Need::VirtualBoard => with_image,
-            // The step that installs packages for it requires it itself.
-            Need::Python => false,
+            // The steps that need them require them themselves.
+            Need::Python | Need::Cpp => false,
             need => self.0.contains(need),
         };
         Need::ALL.into_iter().filter(named).map(Need::name).collect::<Vec<_>>().join(",")
@@ -161,11 +168,9 @@ mod tests {
     fn an_unknown_name_is_refused_with_the_list() {
         let message = Required::parse("qemu,qmeu").unwrap_err().to_string();
         assert!(message.contains("`qmeu`"), "{message}");
-        assert!(
-            message.contains(
-                "allowed: board-compiler, virtual-board, qemu, traces, terminal, node, chromium, python, all"
-            )
-        );
+        assert!(message.contains(
+            "allowed: board-compiler, virtual-board, qemu, traces, terminal, node, chromium, python, c++, all"
+        ));
     }
 
     #[test]

@@ -227,6 +227,21 @@ pub(crate) const PYTHON_TOOLS: [Tool; 2] = [
     },
 ];
 
+/// A compiler of C++. One of C is there with Rust, which links with it.
+pub(crate) const CPP_TOOLS: [Tool; 1] = [Tool {
+    name: "c++",
+    purpose: "compiles the example in C++",
+    is_present: || any_on_path(&["c++"]),
+    packages: Packages {
+        apt: &["g++"],
+        homebrew: &["gcc"],
+        dnf: &["gcc-c++"],
+        pacman: &["gcc"],
+        zypper: &["gcc-c++"],
+        winget: &[],
+    },
+}];
+
 fn any_on_path(names: &[&str]) -> bool {
     names.iter().any(|name| shell::on_path(name).is_some())
 }

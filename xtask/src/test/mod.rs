@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn each_need_is_prepared_once() {
         let all = needs(&selected(&[]));
-        assert_eq!(all.len(), 6, "{all:?}");
+        assert_eq!(all.len(), 7, "{all:?}");
         assert_eq!(needs(&selected(&["format".to_owned()])), []);
     }
 

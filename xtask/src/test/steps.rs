@@ -76,7 +76,7 @@ pub(super) const STEPS: [Step; 24] = [
     Step {
         name: "c",
         claim: "programs in C and C++ have the numbers of Rust; the header is that of the source",
-        needs: &[],
+        needs: &[Need::Cpp],
         uses: &[],
         run: c_programs,
     },
@@ -494,9 +494,9 @@ mod tests {
     }
 
     #[test]
-    fn only_qemu_and_python_are_optional_for_a_step() {
+    fn only_qemu_python_and_cpp_are_optional_for_a_step() {
         let optional = |need: &&Need| !crate::setup::Required::default().contains(**need);
         let mut optional = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional));
-        assert!(optional.all(|need| [Need::Python, Need::Qemu].contains(need)));
+        assert!(optional.all(|need| [Need::Cpp, Need::Python, Need::Qemu].contains(need)));
     }
 }
