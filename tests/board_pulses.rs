@@ -1,14 +1,12 @@
 //! Servo pulses and the servos' supply on the flashed image on the virtual board: no pulse is cut short while the processor runs, the supply goes
 //! off first where that cannot be, and servo frames start far from the ticks.
 
-use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
 use firmware::board::f4_discovery::BOARD;
 use footfall_tests::board::{Board, Ran};
-use footfall_tests::gestures::{ARM, STOP_TEST};
-use footfall_tests::recordings::default_volts_file;
+use footfall_tests::gestures::{STOP_TEST, walk_options};
 use joint_loop::{Cause, SupervisorState};
 use serde_json::Value;
 use test_suite::{report, tests};
@@ -36,17 +34,9 @@ const LEAST_MARGIN_US: f64 = 300.0;
 /// A servo frame, s.
 const FRAME_S: f64 = 0.02;
 
-/// Options: so many seconds on the default volts, armed at 0.3 s.
-fn options(secs: f64, more: &[&str]) -> Vec<OsString> {
-    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--press".into(), ARM.into()];
-    options.extend(["--loop".into(), "--volts".into(), default_volts_file().into()]);
-    options.extend(more.iter().map(Into::into));
-    options
-}
-
 /// A run without a fault, as long as any other here.
 fn undisturbed(board: &Board) -> Ran {
-    board.run(options(3.4, &[]))
+    board.run(walk_options(3.4, &[]))
 }
 
 /// The start of a servo frame of the walk, s.
@@ -79,7 +69,7 @@ fn a_fault_handler_waits_for_the_end_of_a_pulse() {
         let panics = at.to_string();
         let faults = format!("telemetry_step@{at}");
         for (option, value) in [("--panic", &panics), ("--fault", &faults)] {
-            let ran = board.run(options(2.4, &[option, value]));
+            let ran = board.run(walk_options(2.4, &[option, value]));
             let [reaction] = ran.end.injections.as_slice() else { panic!("{:?}", ran.end.injections) };
             let [rail, dark, low] = ["rail_us", "disarmed_us", "low_us"].map(|key| number(reaction, key));
             assert!(rail <= LATEST_RAIL_US && dark <= LATEST_DARK_US && low <= dark, "{option} {value}: {reaction}");
@@ -95,7 +85,7 @@ fn a_timer_that_stands_still_holds_no_handler() {
     let board = Board::find();
     let at = frame_start_s(&undisturbed(&board)) + FRAME_S + 0.0004;
     let (stops, panics) = (format!("0x40010000=0x80@{at}"), (at + 0.0001).to_string());
-    let ran = board.run(options(2.4, &["--register", &stops, "--panic", &panics]));
+    let ran = board.run(walk_options(2.4, &["--register", &stops, "--panic", &panics]));
     let reaction = ran.end.injections.iter().find(|one| one["kind"] == "panic").expect("it panics");
     let [rail, dark, reset] = ["rail_us", "disarmed_us", "reset_us"].map(|key| number(reaction, key));
     report!("timer stopped: supply off after {rail} us, outputs off after {dark} us, reset after {reset} us");
@@ -115,7 +105,7 @@ fn the_emergency_stop_takes_the_supply_with_the_pulse() {
         let at = start_s + FRAME_S * f64::from(part) / 40.0 + 1.031e-4;
         let stop = format!("{at}:1");
         let rails = format!("{}={}", BOARD.servo_rail, rail.display());
-        let ran = board.run(options(3.4, &["--emergency-stop", STOP_TEST, &stop, "--record-edges", &rails]));
+        let ran = board.run(walk_options(3.4, &["--emergency-stop", STOP_TEST, &stop, "--record-edges", &rails]));
         let off = falls(&rail);
         let [off] = off.as_slice() else { panic!("the supply goes off once: {off:?}") };
         latest = latest.max((off - at) * 1e6);
@@ -155,7 +145,7 @@ fn a_reset_in_a_pulse_takes_the_supply_with_it() {
     for hz in (31_000..33_000).step_by(200) {
         let hz = hz.to_string();
         let hang = "telemetry_step@2";
-        let ran = board.run(options(2.4, &["--hang", hang, "--lsi-hz", &hz, "--record-edges", &rails]));
+        let ran = board.run(walk_options(2.4, &["--hang", hang, "--lsi-hz", &hz, "--record-edges", &rails]));
         let [reset] = ran.end.resets.as_slice() else { panic!("{:?}", ran.end.resets) };
         let off = falls(&rail);
         assert!(off.len() == 1 && off[0] <= reset.t_s + 1e-7, "reset at {} s, supply off at {off:?} s", reset.t_s);
@@ -170,7 +160,7 @@ fn the_supply_is_on_only_while_there_are_pulses() {
     let folder = tempfile::tempdir().expect("a folder");
     let rail = folder.path().join("rail.csv");
     let rails = format!("{}={}", BOARD.servo_rail, rail.display());
-    let ran = board.run(options(6.0, &["--press", "3.0", "--record-edges", &rails]));
+    let ran = board.run(walk_options(6.0, &["--press", "3.0", "--record-edges", &rails]));
     ran.assert_sound();
     let powered =
         ran.output.lines().filter(|line| line.contains("\"pulses\"") && line.contains("\"rail\":true")).count();
@@ -184,7 +174,7 @@ fn the_supply_is_on_only_while_there_are_pulses() {
 fn frames_start_far_from_the_ticks() {
     let board = Board::find();
     for cpi in ["0.8", "1", "1.5", "2", "3"] {
-        let ran = board.run(options(4.0, &["--cpi", cpi]));
+        let ran = board.run(walk_options(4.0, &["--cpi", cpi]));
         let margin = ran.end.frame_margin_us.expect("it walks");
         report!("{cpi} cycles an instruction: {margin} us from a write to the start of a frame");
         assert!(margin >= LEAST_MARGIN_US, "{margin} us at {cpi} cycles an instruction");
@@ -197,7 +187,7 @@ fn frames_start_far_from_the_ticks_after_lost_conversions() {
     for option in ["--adc-overrun", "--dma-error"] {
         let times = ["2", "2.60001", "3.20026", "3.80028", "4.40051", "5.00079"];
         let more: Vec<&str> = times.into_iter().flat_map(|time| [option, time]).collect();
-        let ran = board.run(options(6.0, &more));
+        let ran = board.run(walk_options(6.0, &more));
         let margin = ran.end.frame_margin_us.expect("it walks");
         report!("{option}: {margin} us from a write to the start of a frame");
         assert!(margin >= LEAST_MARGIN_US, "{option}: {margin} us");

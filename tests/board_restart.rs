@@ -1,13 +1,11 @@
 //! What the image knows after a reset of the run before, on the virtual board: the last pulses, from which the next arming starts, and the pulses that
 //! were cut short.
 
-use std::ffi::OsString;
 use std::process::ExitCode;
 
 use footfall::board::default_loop::Parameters;
 use footfall_tests::board::{Board, Booted, Ran};
-use footfall_tests::gestures::{self, ARM, STOP_TEST};
-use footfall_tests::recordings::default_volts_file;
+use footfall_tests::gestures::{self, STOP_TEST, walk_options};
 use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::{RobotConfig, SupervisorState};
 use joint_units::{Period, PulseMicros};
@@ -32,14 +30,6 @@ const ROUNDING_US: f64 = 1.0;
 const MOST_A_FRAME_US: f64 = 500.0 * 0.02 * 1000.0 / 90.0 + 1.0;
 /// A servo frame, s.
 const FRAME_S: f64 = 0.02;
-
-/// Options: so many seconds on the default volts, armed at 0.4 s.
-fn options(secs: f64, more: &[&str]) -> Vec<OsString> {
-    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--press".into(), ARM.into()];
-    options.extend(["--loop".into(), "--volts".into(), default_volts_file().into()]);
-    options.extend(more.iter().map(Into::into));
-    options
-}
 
 /// Arming again: presses that arm, and a test of the emergency stop before them.
 fn again(presses: &[f64]) -> Vec<String> {
@@ -102,7 +92,7 @@ fn last_outputs(boot: &Booted) -> Option<LastOutputs> {
 }
 
 fn after_a_power_on_the_first_pulse_is_the_park_pose() {
-    let ran = Board::find().run(options(2.0, &[]));
+    let ran = Board::find().run(walk_options(2.0, &[]));
     ran.assert_sound();
     assert_eq!(last_outputs(&ran.boots[0]), None);
     let first = frames(&ran, 0.0, 2.0)[0];
@@ -119,7 +109,7 @@ fn after_a_reset_arming_starts_at_the_last_pulses() {
         (["--hang", "telemetry_step@2.85"], Reset::IndependentWatchdog),
         (["--panic", "2.9"], Reset::Software),
     ] {
-        let ran = board.run(options(7.5, &[&fault[..], &again].concat()));
+        let ran = board.run(walk_options(7.5, &[&fault[..], &again].concat()));
         let boot = &ran.boots[1];
         assert_eq!((ran.boots.len(), boot.boot.as_ref().map(|boot| boot.reset)), (2, Some(reset)), "{fault:?}");
         let kept = last_outputs(boot).expect("kept").pulses_us.map(f64::from);
@@ -138,7 +128,7 @@ fn after_a_fault_arming_starts_at_the_last_pulses() {
     // Not three within 5 s.
     let presses = ["3.4:0.4", "5.6:0.4"];
     let more = ["--emergency-stop", STOP_TEST, "2.7:0.2", "--press", presses[0], "--press", presses[1]];
-    let ran = Board::find().run(options(8.5, &more));
+    let ran = Board::find().run(walk_options(8.5, &more));
     ran.assert_sound();
     let last = *frames(&ran, 0.0, 2.7 - FRAME_S).last().expect("it walked");
     let commanded =
@@ -154,7 +144,7 @@ fn after_a_fault_arming_starts_at_the_last_pulses() {
 fn after_a_minute_the_last_pulses_are_not_known() {
     let again = again(&[63.5]);
     let again: Vec<&str> = again.iter().map(String::as_str).collect();
-    let ran = Board::find().run(options(65.0, &[&["--panic", "2.9"], &again[..]].concat()));
+    let ran = Board::find().run(walk_options(65.0, &[&["--panic", "2.9"], &again[..]].concat()));
     assert!(last_outputs(&ran.boots[1]).is_some());
     let first = frames(&ran, 4.0, 66.0)[0];
     assert!(is_near(&first, &parked_us(), ROUNDING_US), "{first:?}");
@@ -177,10 +167,10 @@ fn moments(undisturbed: &Ran) -> impl Iterator<Item = f64> {
 /// The crystal stops: hardware cuts the pulses at once and the program resets. The next boot has their number.
 fn pulses_that_a_clock_failure_cuts_are_counted_at_the_next_boot() {
     let board = Board::find();
-    let undisturbed = board.run(options(2.6, &[]));
+    let undisturbed = board.run(walk_options(2.6, &[]));
     let mut all = 0;
     for at in moments(&undisturbed) {
-        let ran = board.run(options(2.6, &["--hse-fail", &at.to_string()]));
+        let ran = board.run(walk_options(2.6, &["--hse-fail", &at.to_string()]));
         let boot = &ran.boots[1];
         let LastOutputs { cut: counted, on, .. } = last_outputs(boot).expect("kept");
         assert_eq!((counted as usize, on), (cut(&ran, &undisturbed), false), "crystal stopped at {at} s");
@@ -195,11 +185,11 @@ fn pulses_that_a_clock_failure_cuts_are_counted_at_the_next_boot() {
 /// The emergency stop cuts pulses, and then the board is reset.
 fn pulses_that_the_stop_cuts_are_counted_at_the_next_boot() {
     let board = Board::find();
-    let undisturbed = board.run(options(2.6, &[]));
+    let undisturbed = board.run(walk_options(2.6, &[]));
     let mut all = 0;
     for at in moments(&undisturbed).step_by(3) {
         let stop = format!("{at}:1");
-        let ran = board.run(options(2.6, &["--emergency-stop", STOP_TEST, &stop, "--panic", "2.4"]));
+        let ran = board.run(walk_options(2.6, &["--emergency-stop", STOP_TEST, &stop, "--panic", "2.4"]));
         let LastOutputs { cut: counted, on, .. } = last_outputs(&ran.boots[1]).expect("kept");
         assert_eq!((counted as usize, on), (cut(&ran, &undisturbed), false), "stopped at {at} s");
         all += counted;
@@ -216,7 +206,7 @@ fn a_reset_that_finds_the_outputs_on_is_reported() {
         (&["--panic", "2.2"], false),
         (&["--press", "2.0:0.1", "--hang", "control_step@4"], false),
     ] {
-        let ran = board.run(options(4.6, fault));
+        let ran = board.run(walk_options(4.6, fault));
         let boot = &ran.boots[1];
         let last = last_outputs(boot).expect("kept");
         assert_eq!((last.on, last.cut), (is_on, 0), "{fault:?}");

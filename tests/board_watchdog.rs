@@ -3,12 +3,10 @@
 //! The watchdog has an oscillator of its own, which the board measures at boot and once a minute: outside of what the watchdog's times are computed for the
 //! board does not arm, and a walk stops. A debugger may halt the core while timers and watchdog go on: the watchdog ends the pulses.
 
-use std::ffi::OsString;
 use std::process::ExitCode;
 
 use footfall_tests::board::{Board, Ran};
-use footfall_tests::gestures::ARM;
-use footfall_tests::recordings::default_volts_file;
+use footfall_tests::gestures::walk_options;
 use joint_loop::{Cause, Debugger, GeneratorConfig, SupervisorState};
 use serde_json::Value;
 use test_suite::{report, tests};
@@ -30,14 +28,6 @@ const LATEST_RESET_US: f64 = 38_000.0;
 /// Longest time from a change of the oscillator to the end of the walk, s: a minute to the measurement, and the ramp.
 const LATEST_STOP_S: f64 = 60.6;
 
-/// Options: so many seconds on the default volts, armed at 0.4 s.
-fn options(secs: f64, more: &[&str]) -> Vec<OsString> {
-    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--press".into(), ARM.into()];
-    options.extend(["--loop".into(), "--volts".into(), default_volts_file().into()]);
-    options.extend(more.iter().map(Into::into));
-    options
-}
-
 /// Checks that the host's copy of the loop has done the same in every boot, to the bit.
 fn assert_replayed(ran: &Ran) {
     let books = &ran.books;
@@ -53,7 +43,7 @@ fn number(object: &Value, key: &str) -> f64 {
 fn within_the_range_the_board_arms_and_is_not_reset() {
     let board = Board::find();
     for hz in [17_000_u32, 32_000, 47_000] {
-        let ran = board.run(options(3.0, &["--lsi-hz", &hz.to_string()]));
+        let ran = board.run(walk_options(3.0, &["--lsi-hz", &hz.to_string()]));
         ran.assert_sound();
         assert_replayed(&ran);
         let boot = &ran.boots[0];
@@ -69,7 +59,7 @@ fn within_the_range_the_board_arms_and_is_not_reset() {
 fn outside_of_the_range_arming_is_refused_in_words() {
     let board = Board::find();
     for hz in [0_u32, 10_000, 60_000, 100_000] {
-        let ran = board.run(options(2.0, &["--lsi-hz", &hz.to_string()]));
+        let ran = board.run(walk_options(2.0, &["--lsi-hz", &hz.to_string()]));
         assert_replayed(&ran);
         assert!(ran.pulses.is_empty(), "{hz} Hz: {} frames with pulses", ran.pulses.len());
         let words = |text: &str| {
@@ -96,7 +86,7 @@ fn outside_of_the_range_arming_is_refused_in_words() {
 /// From 32 kHz to too slow in the walk: the next measurement finds it, and the walk ends by the short ramp.
 fn a_clock_that_changes_stops_the_walk_within_a_minute() {
     let board = Board::find();
-    let ran = board.run(options(62.0, &["--lsi", "10000@10"]));
+    let ran = board.run(walk_options(62.0, &["--lsi", "10000@10"]));
     ran.assert_sound();
     assert_replayed(&ran);
     let boot = &ran.boots[0];
@@ -114,7 +104,7 @@ fn a_clock_that_changes_stops_the_walk_within_a_minute() {
 fn a_debugger_is_recorded_and_reported() {
     let board = Board::find();
     for is_attached in [false, true] {
-        let ran = board.run(options(3.0, if is_attached { &["--debugger"] } else { &[] }));
+        let ran = board.run(walk_options(3.0, if is_attached { &["--debugger"] } else { &[] }));
         ran.assert_sound();
         assert_replayed(&ran);
         let boot = &ran.boots[0];
@@ -136,7 +126,7 @@ fn a_halted_core_leaves_no_pulses() {
         let mut latest = 0.0_f64;
         for part in 0..10 {
             let at = 1.5 + 0.0021 * f64::from(part);
-            let ran = board.run(options(1.8, &["--lsi-hz", hz, "--halt", &at.to_string()]));
+            let ran = board.run(walk_options(1.8, &["--lsi-hz", hz, "--halt", &at.to_string()]));
             latest = latest.max(assert_reset_in_time(&ran, at));
         }
         report!("a halted core, LSI {hz} Hz: reset and supply off after {latest} us at most");
@@ -164,7 +154,7 @@ fn a_debugger_that_stops_the_watchdog_is_overruled() {
     let freeze = ["0xE0042008=0x00001000@2.5", "0xE004200C=0x00000001@2.5"];
     let at = 2.52;
     let more = ["--register", freeze[0], "--register", freeze[1], "--halt", "2.52"];
-    let ran = Board::find().run(options(3.0, &more));
+    let ran = Board::find().run(walk_options(3.0, &more));
     let reset = assert_reset_in_time(&ran, at);
     report!("freeze bits set, then halted: reset after {reset} us");
 }

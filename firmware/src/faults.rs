@@ -5,42 +5,23 @@
 //! (the crystal stopped), interrupts without a handler, and the findings of the watchdog task. A hang of the whole processor is detected by
 //! the independent watchdog.
 
-use core::cell::UnsafeCell;
-use core::mem::MaybeUninit;
-
 use embassy_stm32::pac::RCC;
 use firmware::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
 use wire::{LastOutputs, Reset};
 
+use crate::kept::Kept;
 use crate::kept_outputs;
 use crate::servo_pwm::outputs_off;
 
-/// RAM that the start-up code does not initialise.
-#[repr(transparent)]
-struct Kept(UnsafeCell<MaybeUninit<[u32; WORDS]>>);
-
-// SAFETY: written by `store` only, word by word and volatile; a record that a fault interrupted fails its checksum.
-unsafe impl Sync for Kept {}
-
 #[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.footfall.post_mortem"))]
-static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+static KEPT: Kept<WORDS> = Kept::new();
 
 fn load() -> Option<Record> {
-    let words = KEPT.0.get().cast::<u32>();
-    let mut copy = [0; WORDS];
-    for (index, word) in copy.iter_mut().enumerate() {
-        // SAFETY: in bounds, aligned; any content of the RAM is a valid u32, and volatile reads stop the compiler from assuming a content.
-        *word = unsafe { words.add(index).read_volatile() };
-    }
-    Record::from_words(&copy)
+    Record::from_words(&KEPT.load())
 }
 
 fn store(record: &Record) {
-    let words = KEPT.0.get().cast::<u32>();
-    for (index, word) in record.to_words().into_iter().enumerate() {
-        // SAFETY: in bounds, aligned; see `Kept` for concurrent access.
-        unsafe { words.add(index).write_volatile(word) };
-    }
+    KEPT.store(record.to_words());
 }
 
 /// Switches the servos off, stores the record, and resets.

@@ -1,38 +1,20 @@
 //! Keeps the state of the servo outputs in RAM that a reset does not clear, see [`firmware::last_outputs`].
 
-use core::cell::UnsafeCell;
-use core::mem::MaybeUninit;
-
-use firmware::last_outputs::{LastOutputs, WORDS, is_kept_by};
+use firmware::last_outputs::{WORDS, from_words, is_kept_by, to_words};
 use joint_units::PulseMicros;
-use wire::Reset;
+use wire::{LastOutputs, Reset};
 
-/// RAM that the start-up code does not initialise.
-#[repr(transparent)]
-struct Kept(UnsafeCell<MaybeUninit<[u32; WORDS]>>);
-
-// SAFETY: written with the interrupts masked, or by a fault handler that never returns; a record that such a handler interrupted fails its checksum.
-unsafe impl Sync for Kept {}
+use crate::kept::Kept;
 
 #[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.footfall.last_outputs"))]
-static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+static KEPT: Kept<WORDS> = Kept::new();
 
 fn load() -> Option<LastOutputs> {
-    let words = KEPT.0.get().cast::<u32>();
-    let mut copy = [0; WORDS];
-    for (index, word) in copy.iter_mut().enumerate() {
-        // SAFETY: in bounds, aligned; any content of the RAM is a valid u32, and volatile reads stop the compiler from assuming a content.
-        *word = unsafe { words.add(index).read_volatile() };
-    }
-    LastOutputs::from_words(&copy)
+    from_words(&KEPT.load())
 }
 
 fn store(state: &LastOutputs) {
-    let words = KEPT.0.get().cast::<u32>();
-    for (index, word) in state.to_words().into_iter().enumerate() {
-        // SAFETY: in bounds, aligned; see `Kept` for concurrent access.
-        unsafe { words.add(index).write_volatile(word) };
-    }
+    KEPT.store(to_words(state));
 }
 
 fn change(change: impl FnOnce(&mut LastOutputs)) {
@@ -44,16 +26,15 @@ fn change(change: impl FnOnce(&mut LastOutputs)) {
 }
 
 /// Reads how the outputs of the run before ended; called once, early in the boot. The pulses stay known, also over another reset.
-pub(crate) fn take(reset: Reset) -> Option<wire::LastOutputs> {
+pub(crate) fn take(reset: Reset) -> Option<LastOutputs> {
     let last = load().filter(|_| is_kept_by(reset));
-    store(&LastOutputs { pulses: last.map(|last| last.pulses).unwrap_or_default(), ..LastOutputs::default() });
-    let LastOutputs { pulses, on, cut } = last?;
-    Some(wire::LastOutputs { pulses_us: pulses.map(|pulse| pulse.0), on, cut: cut.into() })
+    store(&LastOutputs { pulses_us: last.map(|last| last.pulses_us).unwrap_or_default(), ..LastOutputs::default() });
+    last
 }
 
 /// The servos get these pulses.
 pub(crate) fn on(pulses: [PulseMicros; 4]) {
-    change(|state| (state.pulses, state.on) = (pulses, true));
+    change(|state| (state.pulses_us, state.on) = (pulses.map(|pulse| pulse.0), true));
 }
 
 /// The outputs are off; the last pulses stay known.
@@ -68,10 +49,10 @@ pub(crate) fn are_on() -> bool {
 
 /// The hardware has switched the outputs off and cut so many pulses short.
 pub(crate) fn cut_off(pulses: u16) {
-    change(|state| (state.on, state.cut) = (false, state.cut.saturating_add(pulses)));
+    change(|state| (state.on, state.cut) = (false, state.cut.saturating_add(pulses.into())));
 }
 
 /// The last pulses are too long ago.
 pub(crate) fn forget() {
-    change(|state| state.pulses = Default::default());
+    change(|state| state.pulses_us = Default::default());
 }

@@ -1,8 +1,7 @@
 //! How the servo outputs stand, as words for RAM that a reset does not clear: the next boot reads where the last pulses were, whether a reset found
 //! the outputs on, and how many pulses were cut short.
 
-use joint_units::PulseMicros;
-use wire::Reset;
+use wire::{LastOutputs, Reset};
 
 use crate::post_mortem::checksum;
 
@@ -10,49 +9,35 @@ use crate::post_mortem::checksum;
 pub const WORDS: usize = 5;
 
 const MAGIC: u32 = 0xF007_0075;
+/// Most cut pulses that a record can hold.
+const MOST_CUT: u32 = 0xFFFF;
 
-/// State of the outputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LastOutputs {
-    /// The pulses that were last commanded, in joint order; 0: none, or too long ago.
-    pub pulses: [PulseMicros; 4],
-    /// The outputs are on.
-    pub on: bool,
-    /// Pulses that the break input or a clock failure cut short in this run.
-    pub cut: u16,
+/// The state as words; of more than 65,535 cut pulses that number is kept.
+///
+/// ```
+/// use firmware::last_outputs::{WORDS, from_words, to_words};
+/// use wire::LastOutputs;
+/// let last = LastOutputs { pulses_us: [1500, 1520, 1056, 900], on: true, cut: 2 };
+/// assert_eq!(from_words(&to_words(&last)), Some(last));
+/// assert_eq!(from_words(&[0xA5A5_A5A5; WORDS]), None);
+/// ```
+#[must_use]
+pub fn to_words(last: &LastOutputs) -> [u32; WORDS] {
+    let [a, b, c, d] = last.pulses_us.map(u32::from);
+    let content = [MAGIC, a | b << 16, c | d << 16, u32::from(last.on) | last.cut.min(MOST_CUT) << 16];
+    let [magic, hips, knees, rest] = content;
+    [magic, hips, knees, rest, checksum(&content)]
 }
 
-impl LastOutputs {
-    /// As words.
-    ///
-    /// ```
-    /// use firmware::last_outputs::{LastOutputs, WORDS};
-    /// use joint_units::PulseMicros;
-    /// let last = LastOutputs { pulses: [1500, 1520, 1056, 900].map(PulseMicros), on: true, cut: 2 };
-    /// assert_eq!(LastOutputs::from_words(&last.to_words()), Some(last));
-    /// assert_eq!(LastOutputs::from_words(&[0xA5A5_A5A5; WORDS]), None);
-    /// ```
-    #[must_use]
-    pub fn to_words(&self) -> [u32; WORDS] {
-        let [a, b, c, d] = self.pulses.map(|pulse| u32::from(pulse.0));
-        let content = [MAGIC, a | b << 16, c | d << 16, u32::from(self.on) | u32::from(self.cut) << 16];
-        let [magic, hips, knees, rest] = content;
-        [magic, hips, knees, rest, checksum(&content)]
+/// From words; `None` when they are no record.
+#[must_use]
+pub fn from_words(&[magic, hips, knees, rest, check]: &[u32; WORDS]) -> Option<LastOutputs> {
+    if magic != MAGIC || check != checksum(&[magic, hips, knees, rest]) || rest & 0xFFFF > 1 {
+        return None;
     }
-
-    /// From words; `None` when they are no record.
-    #[must_use]
-    pub fn from_words(&[magic, hips, knees, rest, check]: &[u32; WORDS]) -> Option<Self> {
-        if magic != MAGIC || check != checksum(&[magic, hips, knees, rest]) || rest & 0xFFFF > 1 {
-            return None;
-        }
-        let [low, high] = [|word: u32| PulseMicros(word as u16), |word: u32| PulseMicros((word >> 16) as u16)];
-        Some(Self {
-            pulses: [low(hips), high(hips), low(knees), high(knees)],
-            on: rest & 1 != 0,
-            cut: (rest >> 16) as u16,
-        })
-    }
+    let [low, high] = [|word: u32| word as u16, |word: u32| (word >> 16) as u16];
+    let pulses_us = [low(hips), high(hips), low(knees), high(knees)];
+    Some(LastOutputs { pulses_us, on: rest & 1 != 0, cut: rest >> 16 })
 }
 
 /// Whether what was kept is of the run before, after this reset. After a power-on or a brown-out RAM may hold anything, and the supply was
@@ -68,17 +53,23 @@ mod tests {
 
     #[test]
     fn any_flipped_bit_is_noise() {
-        let words = LastOutputs { pulses: [1325, 1786, 988, 2013].map(PulseMicros), on: true, cut: 9 }.to_words();
+        let words = to_words(&LastOutputs { pulses_us: [1325, 1786, 988, 2013], on: true, cut: 9 });
         for word in 0..WORDS {
             for bit in 0..32 {
                 let mut flipped = words;
                 flipped[word] ^= 1 << bit;
-                assert_eq!(LastOutputs::from_words(&flipped), None, "word {word} bit {bit}");
+                assert_eq!(from_words(&flipped), None, "word {word} bit {bit}");
             }
         }
         for noise in [0, u32::MAX] {
-            assert_eq!(LastOutputs::from_words(&[noise; WORDS]), None);
+            assert_eq!(from_words(&[noise; WORDS]), None);
         }
+    }
+
+    #[test]
+    fn the_number_of_cut_pulses_stops_at_its_largest() {
+        let cut = |cut| from_words(&to_words(&LastOutputs { cut, ..LastOutputs::default() })).map(|last| last.cut);
+        assert_eq!([65_535, 65_536, u32::MAX].map(cut), [Some(65_535); 3]);
     }
 
     #[test]

@@ -26,6 +26,7 @@ mod clocks;
 mod debugger;
 mod environment;
 mod faults;
+mod kept;
 mod kept_outputs;
 mod lamps;
 mod log;

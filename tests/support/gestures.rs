@@ -2,6 +2,8 @@
 
 use std::ffi::OsString;
 
+use crate::recordings::default_volts_file;
+
 /// A hold of the button that arms a board as soon as it has booted: the value of `--press`. The joints are armed at [`ARMED_S`].
 pub const ARM: &str = "0.05:0.32";
 
@@ -26,4 +28,13 @@ pub fn hold(at_s: f64) -> String {
 /// The options of these gestures.
 pub fn options<G: AsRef<str>>(gestures: impl IntoIterator<Item = G>) -> impl Iterator<Item = OsString> {
     gestures.into_iter().flat_map(|gesture| ["--press".into(), gesture.as_ref().into()])
+}
+
+/// The options of a run of so many seconds on the default volts, armed by [`ARM`], and more.
+#[must_use]
+pub fn walk_options(secs: f64, more: &[&str]) -> Vec<OsString> {
+    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--press".into(), ARM.into()];
+    options.extend(["--loop".into(), "--volts".into(), default_volts_file().into()]);
+    options.extend(more.iter().map(Into::into));
+    options
 }

@@ -35,7 +35,7 @@ pub struct Boot {
 }
 
 /// How the servo outputs of a run ended, from memory that a reset keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LastOutputs {
     /// The last pulses that the loop commanded, in joint order, us; 0: none, or so long ago that they are not known any more. The loop starts its
     /// next motion from them ([`joint_loop::JointLoop::start_from`]).

@@ -7,6 +7,8 @@ use gait_trace::{RawJoints, ReadOptions, TraceError};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
 use joint_units::{Radians, Volts};
 
+use crate::guarantees;
+
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
 
 /// The format that the content chooses.
@@ -74,18 +76,8 @@ fn check(name: &str, reader: Reader, bytes: &[u8]) {
             how.add_map(map).expect("a good map");
         }
         match reader(name, bytes, &how) {
-            Ok(raw) => check_guarantees(&raw),
+            Ok(raw) => guarantees::check(&raw),
             Err(error) => assert!(error.to_string().starts_with(name), "{error}"),
         }
-    }
-}
-
-fn check_guarantees(raw: &RawJoints) {
-    assert!(raw.time_s.len() >= 2 && raw.time_s.iter().all(|time| time.is_finite()));
-    assert!(raw.joints.iter().any(Option::is_some));
-    for joint in raw.joints.iter().flatten() {
-        assert_eq!(joint.angle_deg.len(), raw.time_s.len());
-        assert!(joint.angle_deg.iter().any(|angle| !angle.is_nan()));
-        assert!(joint.angle_deg.iter().all(|angle| angle.is_nan() || angle.abs() <= 200.0));
     }
 }

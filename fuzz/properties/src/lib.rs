@@ -5,6 +5,9 @@
 
 pub mod flash_records;
 pub mod gait_files;
+/// The same file as in the tests of `gait-trace`, which do without this package.
+#[path = "../../../tools/gait-trace/tests/support/guarantees.rs"]
+mod guarantees;
 #[cfg(feature = "program")]
 pub mod host_files;
 pub mod loop_inputs;

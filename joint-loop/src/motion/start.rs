@@ -107,10 +107,7 @@ mod tests {
             for target in &targets {
                 for _ in 0..ticks {
                     let (setpoints, _) = robot.gate.limit(&mut state, target.map(Radians)).expect("finite");
-                    let mut pulses = [PulseMicros(0); Joint::COUNT];
-                    for ((pulse, servo), angle) in pulses.iter_mut().zip(&robot.servos).zip(setpoints) {
-                        *pulse = servo.pulse(angle).expect("finite");
-                    }
+                    let pulses = ServoMap::pulses(&robot.servos, setpoints).expect("finite");
                     let found = pose_of(&robot.gate, &robot.servos, pulses);
                     prop_assert!(found.is_some(), "{:?} of {:?}", pulses, setpoints);
                     let again = robot.gate.pose(&found.expect("checked"));
@@ -127,10 +124,7 @@ mod tests {
         let robot = robot();
         let known = |pulses: [u16; 4]| pose_of(&robot.gate, &robot.servos, pulses.map(PulseMicros)).is_some();
         let park = LoopConfig::default_biped().blend.park;
-        let mut parked = [0; 4];
-        for ((pulse, servo), angle) in parked.iter_mut().zip(&robot.servos).zip(park) {
-            *pulse = servo.pulse(angle).expect("finite").0;
-        }
+        let parked = ServoMap::pulses(&robot.servos, park).expect("finite").map(|pulse| pulse.0);
         assert!(known(parked));
         for joint in 0..4 {
             for pulse in [0, 400, 499, 2_501, u16::MAX] {

@@ -1,6 +1,8 @@
 //! Every file of the corpus, and thousands of damaged copies of each, through every reader: no panic, and whatever is read
 //! satisfies the guarantees of `RawJoints`. The same seeds, the same files, each time.
 
+#[path = "support/guarantees.rs"]
+mod guarantees;
 mod support;
 
 use gait_trace::format::angle_unit::AngleUnit;
@@ -39,17 +41,6 @@ fn corpus() -> Vec<(PathBuf, Vec<u8>)> {
     let mut files: Vec<PathBuf> = folders.flat_map(|folder| inside(&folder)).collect();
     files.sort();
     files.into_iter().map(|path| (path.clone(), std::fs::read(&path).unwrap())).collect()
-}
-
-/// What holds of all that is read.
-fn check(raw: &RawJoints) {
-    assert!(raw.time_s.len() >= 2 && raw.time_s.iter().all(|time| time.is_finite()));
-    assert!(raw.joints.iter().any(Option::is_some));
-    for joint in raw.joints.iter().flatten() {
-        assert_eq!(joint.angle_deg.len(), raw.time_s.len());
-        assert!(joint.angle_deg.iter().any(|angle| !angle.is_nan()));
-        assert!(joint.angle_deg.iter().all(|angle| angle.is_nan() || angle.abs() <= 200.0));
-    }
 }
 
 /// All ways to ask.
@@ -166,7 +157,7 @@ fn the_corpus_is_read_by_the_reader_that_it_is_for() {
     for (path, bytes) in &files {
         let read = ways(&calibration).iter().any(|how| match open::of_bytes(&path.to_string_lossy(), bytes, how) {
             Ok(raw) => {
-                check(&raw);
+                guarantees::check(&raw);
                 true
             }
             Err(_) => false,
@@ -191,7 +182,7 @@ fn no_damage_makes_a_reader_panic() {
                 for &(name, reader) in READERS {
                     match reader(name, &bytes, how) {
                         Ok(raw) => {
-                            check(&raw);
+                            guarantees::check(&raw);
                             read += 1;
                         }
                         Err(error) => {
@@ -230,7 +221,7 @@ fn no_damage_of_an_export_makes_its_reader_panic() {
             for result in [open::of_bytes("a", &bytes, how), own("a", &bytes, how), own("a", &bytes, &ways[0])] {
                 match result {
                     Ok(raw) => {
-                        check(&raw);
+                        guarantees::check(&raw);
                         read += 1;
                     }
                     Err(error) => {

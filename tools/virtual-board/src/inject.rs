@@ -25,7 +25,7 @@ use crate::cpu::{Cpu, Reg, XPSR_IT};
 use crate::loader::ProgramImage;
 use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
-use crate::script::Inject;
+use crate::script::{HIGHEST_LSI_HZ, Inject};
 
 /// `b .`
 pub(crate) const BRANCH_TO_SELF: u16 = 0xE7FE;
@@ -89,9 +89,6 @@ impl FromStr for RegisterAt {
         Ok(RegisterAt { address: number(address)?, value: number(value)?, at })
     }
 }
-
-/// Highest frequency of the low speed oscillator that is accepted, Hz.
-pub(crate) const HIGHEST_LSI_HZ: f64 = 100_000.0;
 
 /// `HZ@T`: a frequency of the low speed oscillator and a time in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]

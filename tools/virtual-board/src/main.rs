@@ -48,14 +48,14 @@ use stm32f4_model::{Pin, SocConfig};
 use crate::campaign::{Campaign, Several};
 use crate::console::Console;
 use crate::exception::OmittedParts;
-use crate::inject::{FrequencyAt, HIGHEST_LSI_HZ, Injection, InjectionKind, RegisterAt, SymbolAt};
+use crate::inject::{FrequencyAt, Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::judge::Joint;
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
-use crate::script::Script;
+use crate::script::{HIGHEST_LSI_HZ, Script};
 use crate::serial::SerialPort;
 use crate::servos::Servos;
 

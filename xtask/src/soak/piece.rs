@@ -98,6 +98,7 @@ pub(crate) struct Logged {
 pub(crate) struct Ran {
     pub(crate) piece: Piece,
     pub(crate) frames: u64,
+    /// Frames that are missing or not whole, and what the virtual board's judgement found.
     pub(crate) violations: u64,
     /// Over every pulse at the pins.
     pub(crate) pulse_hash: String,
@@ -156,7 +157,8 @@ impl Piece {
         if !status.success() {
             wrong.push(format!("the virtual board ended with {status}"));
         }
-        let (frames, violations, pulse_hash) = (judge.frames, judge.violations, judge.hash());
+        let judged = end["judged"]["violations"].as_u64().unwrap_or_default();
+        let (frames, violations, pulse_hash) = (judge.frames, judge.violations + judged, judge.hash());
         Ok(Ran { piece: *self, frames, violations, pulse_hash, logged, cpu_s, wrong })
     }
 

@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use serde::Deserialize;
 
-use super::values::{Cause, CoreRegister, Memory, RttReader, Stream};
+use super::values::{Cause, CoreRegister, HIGHEST_LSI_HZ, Memory, RttReader, Stream};
 use crate::nvic::{EXCEPTIONS, Nvic};
 use crate::pin_name::PinName;
 use crate::waveform::Wave;
@@ -190,7 +190,7 @@ impl Inject {
                 Ok(())
             }
             Inject::Lsi(hz) => {
-                ensure!((0.0..=1e6).contains(hz), "lsi is {hz}; allowed are 0 to 1e6 Hz");
+                ensure!((0.0..=HIGHEST_LSI_HZ).contains(hz), "lsi is {hz}; allowed are 0 to {HIGHEST_LSI_HZ} Hz");
                 Ok(())
             }
             Inject::FlashErase { sector, cut_ms } => {

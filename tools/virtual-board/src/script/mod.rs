@@ -7,5 +7,5 @@ mod watcher;
 
 pub(crate) use event::{Moment, On, Script};
 pub(crate) use inject::Inject;
-pub(crate) use values::{CoreRegister, Memory, RttReader, Stream};
+pub(crate) use values::{CoreRegister, HIGHEST_LSI_HZ, Memory, RttReader, Stream};
 pub(crate) use watcher::Watcher;

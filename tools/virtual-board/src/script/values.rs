@@ -7,6 +7,9 @@ use stm32f4_model::ResetCause;
 
 use crate::cpu::Reg;
 
+/// Highest frequency of the low speed oscillator that is accepted, Hz.
+pub(crate) const HIGHEST_LSI_HZ: f64 = 100_000.0;
+
 /// Cause of a reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
