@@ -48,7 +48,7 @@ const SCAN: usize = SENSORS + 2;
 /// Items of one transfer.
 const BLOCK: usize = SCAN * OVERSAMPLING;
 
-/// TIM2_TRGO as the trigger of the regular group (RM0090 table 69, RM0383 table 43, RM0390 table 61).
+/// TIM2_TRGO as the trigger of the regular group (RM0090 table 69, RM0383 11.6, RM0390 table 61).
 const REGULAR_TRIGGER_TIM2: u8 = 6;
 
 /// 21 or 25 MHz; 36 MHz are allowed.
@@ -61,7 +61,7 @@ const SCAN_CYCLES: u32 = SENSORS as u32 * (144 + 12) + 2 * (480 + 12);
 const SCAN_US: u32 = SCAN_CYCLES / ADC_MHZ;
 const _: () = assert!(2 * SCAN_US < TRIGGER_US, "a scan is over long before the next trigger");
 
-/// DMA2 stream 0, channel 0 belongs to ADC1 (RM0090 table 43, RM0383 table 28, RM0390 table 29).
+/// DMA2 stream 0, channel 0 belongs to ADC1 (RM0090 table 43, RM0383 9.3.3, RM0390 table 29).
 const STREAM: usize = 0;
 const CHANNEL: u8 = 0;
 

@@ -36,7 +36,7 @@ const _: () = assert!(DIVISOR * MEGABAUD == PCLK1_MHZ && DIVISOR >= 16, "RM0090 
 /// Alternate function of both pins.
 const FUNCTION: u8 = 7;
 
-/// RM0090 table 42, RM0383 table 27, RM0390 table 28.
+/// RM0090 table 42, RM0383 9.3.3, RM0390 table 28.
 const RECEIVE: usize = 5;
 const SEND: usize = 6;
 const CHANNEL: u8 = 4;

@@ -62,7 +62,7 @@ pub use nucleo_f446re::BOARD;
 /// Every board.
 pub const BOARDS: [&Board; 3] = [&f4_discovery::BOARD, &nucleo_f446re::BOARD, &black_pill_f411::BOARD];
 
-/// First address of the generator record's flash sector, the second one (RM0090 table 5, RM0383 table 4, RM0390 table 4).
+/// First address of the generator record's flash sector, the second one (RM0090 table 5, RM0383 3.3, RM0390 table 4).
 pub const GENERATOR_SECTOR: u32 = 0x0800_4000;
 
 /// First address of the sensor record's flash sector, the third one.
