@@ -16,6 +16,10 @@ use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+#[cfg(feature = "black-pill-f411")]
+use embassy_stm32::pac::ADC1_COMMON as ADC_COMMON;
+#[cfg(not(feature = "black-pill-f411"))]
+use embassy_stm32::pac::ADC123_COMMON as ADC_COMMON;
 use embassy_stm32::pac::adc::regs::Sr;
 use embassy_stm32::pac::adc::vals::{Dds, Exten, SampleTime};
 use embassy_stm32::pac::adccommon::vals::Adcpre;
@@ -23,10 +27,6 @@ use embassy_stm32::pac::dma::regs::Ixr;
 use embassy_stm32::pac::dma::vals::{Ct, Pl, Size};
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
-#[cfg(not(feature = "black-pill-f411"))]
-use embassy_stm32::pac::ADC123_COMMON as ADC_COMMON;
-#[cfg(feature = "black-pill-f411")]
-use embassy_stm32::pac::ADC1_COMMON as ADC_COMMON;
 use embassy_stm32::pac::{ADC1, DMA2, RCC, TIM2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;

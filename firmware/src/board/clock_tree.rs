@@ -119,7 +119,11 @@ mod tests {
             // 6.3.2 and 7.3.2 of the manuals: input 1 to 2 MHz, VCO 100 to 432 MHz, the 48 MHz domain at most 48 MHz.
             let input = clocks.hse_mhz / u16::from(m);
             let vco = input * n;
-            assert!((1..=2).contains(&input) && (100..=432).contains(&vco) && (50..=432).contains(&n), "{}", board.name);
+            assert!(
+                (1..=2).contains(&input) && (100..=432).contains(&vco) && (50..=432).contains(&n),
+                "{}",
+                board.name
+            );
             assert!([2, 4, 6, 8].contains(&p) && (2..=15).contains(&q) && vco / u16::from(q) <= 48, "{}", board.name);
             let [core, pclk1, pclk2, adc] = most(board.chip);
             assert!(clocks.core_mhz() <= core && clocks.apb1_mhz() <= pclk1, "{}", board.name);

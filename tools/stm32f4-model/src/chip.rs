@@ -109,18 +109,14 @@ impl Chip {
     pub(crate) const fn ratings(self) -> Ratings {
         match self {
             // Data sheet of the F407, table 14; RM0090 3.5.1, table 10: 30 MHz for each wait state plus one. Only the least significant bit of VOS exists.
-            Self::F407 => Ratings {
-                hclk: [168e6; 4],
-                pclk: [42e6, 84e6],
-                flash: &[30e6, 60e6, 90e6, 120e6, 150e6, 168e6],
-            },
+            Self::F407 => {
+                Ratings { hclk: [168e6; 4], pclk: [42e6, 84e6], flash: &[30e6, 60e6, 90e6, 120e6, 150e6, 168e6] }
+            }
             // RM0383 5.4.1: VOS 1 is scale 3, 2 scale 2, 3 scale 1, 0 is reserved and selects scale 3. Data sheet of the F411, "General operating
             // conditions"; RM0383 3.4.1.
-            Self::F411 => Ratings {
-                hclk: [64e6, 64e6, 84e6, 100e6],
-                pclk: [50e6, 100e6],
-                flash: &[30e6, 64e6, 90e6, 100e6],
-            },
+            Self::F411 => {
+                Ratings { hclk: [64e6, 64e6, 84e6, 100e6], pclk: [50e6, 100e6], flash: &[30e6, 64e6, 90e6, 100e6] }
+            }
         }
     }
 }

@@ -56,7 +56,14 @@ impl SocConfig {
     /// A Black Pill: STM32F411CE, 25 MHz crystal, a 32 768 Hz crystal, VDDA 3.3 V; the rest as in the default.
     #[must_use]
     pub fn black_pill() -> Self {
-        SocConfig { chip: Chip::F411, hse_hz: 25_000_000, lse_ready: true, vdda: 3.3, vbat: 3.3, ..SocConfig::default() }
+        SocConfig {
+            chip: Chip::F411,
+            hse_hz: 25_000_000,
+            lse_ready: true,
+            vdda: 3.3,
+            vbat: 3.3,
+            ..SocConfig::default()
+        }
     }
 
     /// VREFINT_CAL as the program reads it, 0 to 4095.

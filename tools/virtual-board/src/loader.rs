@@ -254,7 +254,12 @@ mod tests {
         ] {
             symbols.plain.insert(name.into(), addresses);
         }
-        let image = ProgramImage { flash: vec![0xFF; 0x2_0000], sha256: String::new(), board: ModelledBoard::default(), symbols };
+        let image = ProgramImage {
+            flash: vec![0xFF; 0x2_0000],
+            sha256: String::new(),
+            board: ModelledBoard::default(),
+            symbols,
+        };
         assert_eq!(image.find_function("telemetry::run").unwrap(), 0x0801_0000);
         assert_eq!(image.find_function("blink").unwrap(), 0x0801_0300);
         assert_eq!(image.find_function("_SEGGER_RTT").unwrap(), 0x2000_0000);

@@ -96,7 +96,8 @@ impl ModelledBoard {
     /// # Errors
     /// The file is for a board that is not modelled, for several, or for another one than the command line names.
     pub(crate) fn of_image<'a>(symbols: impl Iterator<Item = &'a str>, wanted: Option<Self>) -> Result<Self> {
-        let named: Vec<String> = symbols.filter_map(|name| Some(name.strip_prefix(SYMBOL)?.replace('_', "-"))).collect();
+        let named: Vec<String> =
+            symbols.filter_map(|name| Some(name.strip_prefix(SYMBOL)?.replace('_', "-"))).collect();
         let [name] = &named[..] else {
             ensure!(named.is_empty(), "the ELF names several boards: {}; allowed is one", named.join(", "));
             return Ok(wanted.unwrap_or_default());
@@ -142,7 +143,10 @@ mod tests {
     #[test]
     fn the_option_has_the_names_of_the_boards() {
         for board in ModelledBoard::value_variants() {
-            assert_eq!(board.to_possible_value().map(|value| value.get_name().to_owned()).as_deref(), Some(board.name()));
+            assert_eq!(
+                board.to_possible_value().map(|value| value.get_name().to_owned()).as_deref(),
+                Some(board.name())
+            );
         }
     }
 }

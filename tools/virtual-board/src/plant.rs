@@ -483,13 +483,16 @@ mod tests {
         assert_eq!(levels, [true, true, false, false, true]);
         // A cut cable.
         let cut = BTreeMap::from([(EMERGENCY_STOP, LevelTable::fixed(false))]);
-        assert!(!BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0));
+        assert!(
+            !BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0)
+        );
     }
 
     #[test]
     fn a_waveform_replaces_all_else_until_it_is_released() {
         let wave = |high| Waveform::from(Wave::level(BUTTON, high), 1.0);
-        let mut plant = BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
+        let mut plant =
+            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
         plant.drive(BUTTON, wave(false));
         plant.drive(EMERGENCY_STOP, wave(false));
         assert_eq!(plant.next_pin_change(1.0), Some(1.0), "the chip must sample at once");
@@ -502,8 +505,12 @@ mod tests {
     #[test]
     fn fixed_levels_apply_and_other_pins_are_low() {
         let pin: Pin = "PB12".parse().unwrap();
-        let mut plant =
-            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], BTreeMap::from([(pin, LevelTable::fixed(true))]));
+        let mut plant = BoardPlant::new(
+            Wiring::default(),
+            VoltageTable::default(),
+            vec![],
+            BTreeMap::from([(pin, LevelTable::fixed(true))]),
+        );
         assert!(plant.input_level(pin, 0.0));
         assert!(!plant.input_level("PB13".parse().unwrap(), 0.0));
     }
@@ -512,7 +519,8 @@ mod tests {
     fn a_line_has_the_edges_of_its_file() {
         let pin: Pin = "PC6".parse().unwrap();
         let line = LevelTable::parse("time_s,level\n0.5,1\n0.5001,0\n# a comment\n2,1\n".as_bytes()).unwrap();
-        let mut plant = BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
+        let mut plant =
+            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
         for (time, want) in [(0.0, false), (0.5, true), (0.50005, true), (0.5001, false), (1.9, false), (9.0, true)] {
             assert_eq!(plant.input_level(pin, time), want, "at {time}");
         }

@@ -199,7 +199,10 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         let mut flash = image.to_vec();
         flash.resize(chip.flash_bytes() as usize, 0xFF);
         for base in [0, FLASH] {
-            convert_error(uc.mem_map(base.into(), chip.flash_bytes().into(), Prot::READ | Prot::EXEC), "mapping flash")?;
+            convert_error(
+                uc.mem_map(base.into(), chip.flash_bytes().into(), Prot::READ | Prot::EXEC),
+                "mapping flash",
+            )?;
             convert_error(uc.mem_write(base.into(), &flash), "filling flash")?;
         }
         for &(base, size) in rams(chip) {
@@ -539,9 +542,13 @@ mod tests {
 
     fn cpu(code: &[u16], blocks: u32) -> UnicornCpu<RecordingMachine> {
         let image: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
-        let mut cpu =
-            UnicornCpu::new(Chip::F407, &image, RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() }, false)
-                .unwrap();
+        let mut cpu = UnicornCpu::new(
+            Chip::F407,
+            &image,
+            RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() },
+            false,
+        )
+        .unwrap();
         cpu.reset(0x2000_1000, FLASH);
         cpu
     }

@@ -1,7 +1,7 @@
 //! Tests of the judge: each rule holds for a good run, and fails for a trace in which it is broken.
 
-use crate::modelled_board::Wiring;
 use super::*;
+use crate::modelled_board::Wiring;
 
 fn period(seconds: f64, us: [f64; 4], rail: bool) -> PulsePeriod {
     PulsePeriod { seconds, us: us.map(Some), programmed_us: us.map(Some), rail }
