@@ -4,6 +4,7 @@
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
@@ -13,6 +14,7 @@ use firmware::lamp::Shown;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST, stop, walk_options};
 use footfall_tests::lamps::Lamps;
+use footfall_tests::recordings::default_volts_file;
 use joint_loop::{Cause, GeneratorConfig, SupervisorState};
 use serde_json::Value;
 use test_suite::{report, tests};
@@ -139,7 +141,11 @@ fn no_pin_moves_before_it_is_armed() {
 /// From 0.8 to 3 cycles an instruction, at 100 MHz: no tick is late, and the widths are written far from the start of a servo frame.
 fn its_ticks_are_on_time_at_any_speed_of_the_processor() {
     for cpi in ["0.8", "1", "2", "3"] {
-        let ran = Board::black_pill().run(walk_options(4.0, &["--cpi", cpi]));
+        // At 3 cycles an instruction the board boots in more than the 50 ms after which `ARM` presses the key.
+        let volts = default_volts_file();
+        let mut options: Vec<OsString> = ["--cpi", cpi, "--secs", "4", "--press", "0.3:0.4"].map(Into::into).to_vec();
+        options.extend(["--loop".into(), "--volts".into(), volts.into()]);
+        let ran = Board::black_pill().run(options);
         ran.assert_sound();
         let margin = ran.end.frame_margin_us.expect("widths were written");
         let latest = ran.boots[0].costs.iter().map(|cost| cost.latest_start_us).max();
@@ -232,7 +238,11 @@ fn a_board_with_a_crystal_of_8_mhz_does_not_arm() {
         assert!(refusals.iter().all(|one| one.subject == Subject::Arming), "LSI {lsi} Hz: {refusals:?}");
         assert!(refusals.iter().any(|one| one.reason.contains("the clock of the watchdog runs at")), "{refusals:?}");
         // The model reports what the chip's manual forbids: a PLL input of 0.32 MHz.
-        assert!(ran.end.lints.iter().any(|lint| lint.to_string().contains("the PLL's input after M")), "{:?}", ran.end.lints);
+        assert!(
+            ran.end.lints.iter().any(|lint| lint.to_string().contains("the PLL's input after M")),
+            "{:?}",
+            ran.end.lints
+        );
     }
 }
 
