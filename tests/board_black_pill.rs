@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         a_hang_is_reset_by_the_watchdog(BlackPillImage),
         the_one_lamp_shows_each_state(BlackPillImage),
         the_pull_up_holds_the_key(BlackPillImage),
-        a_board_with_a_crystal_of_8_mhz_does_not_arm(BlackPillImage),
+        a_board_with_a_crystal_of_8_mhz_stays_off(BlackPillImage),
         its_image_runs_on_no_other_board(BlackPillImage),
     ])
 }
@@ -211,7 +211,7 @@ fn the_one_lamp_shows_each_state() {
     let (lamps, ran) = run(8.0, &["--hse-dead"]);
     lamps.assert_shown(Shown::Off(Subject::Clock), 1_000);
     let [refused] = ran.boots[0].refused.as_slice() else { panic!("{:?}", ran.boots[0].refused) };
-    assert!(refused.reason.contains("the 25 MHz clock HSE did not start"), "{}", refused.reason);
+    assert!(refused.reason.contains("the clock HSE did not start"), "{}", refused.reason);
 }
 
 /// The key only connects its pin with ground. Without the pull-up, which the program switches on, the open key reads as pressed.
@@ -226,24 +226,16 @@ fn the_pull_up_holds_the_key() {
     assert_ne!(state(&released), Some(SupervisorState::Walking), "an open key stops the walk");
 }
 
-/// The same board is sold with 8 MHz. Every clock is then 3.1 times too slow, and that of the watchdog, which is not, is measured as 3.1 times too fast:
-/// out of its range at any frequency that the data sheet allows.
-fn a_board_with_a_crystal_of_8_mhz_does_not_arm() {
-    for lsi in ["17000", "32000", "47000"] {
-        let ran = Board::black_pill().run(walk_options(4.0, &["--hse-hz", "8000000", "--lsi-hz", lsi]));
-        assert!(ran.pulses.is_empty() && ran.end.edges_before_arming == 0, "LSI {lsi} Hz");
-        let refusals: Vec<_> = ran.boots.iter().flat_map(|boot| &boot.refused).collect();
-        report!("8 MHz, LSI {lsi} Hz: {} boots, {:?}", ran.boots.len(), refusals.first().map(|one| &one.reason));
-        assert!(!refusals.is_empty(), "LSI {lsi} Hz: the board says nothing");
-        assert!(refusals.iter().all(|one| one.subject == Subject::Arming), "LSI {lsi} Hz: {refusals:?}");
-        assert!(refusals.iter().any(|one| one.reason.contains("the clock of the watchdog runs at")), "{refusals:?}");
-        // The model reports what the chip's manual forbids: a PLL input of 0.32 MHz.
-        assert!(
-            ran.end.lints.iter().any(|lint| lint.to_string().contains("the PLL's input after M")),
-            "{:?}",
-            ran.end.lints
-        );
-    }
+/// The same board is sold with 8 MHz: every pulse would be 3.1 times too long. It stays off, and the log names both frequencies.
+fn a_board_with_a_crystal_of_8_mhz_stays_off() {
+    let ran = Board::black_pill().run(walk_options(4.0, &["--hse-hz", "8000000"]));
+    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len()), (Some(0), 0, 0), "{:?}", ran.end.lints);
+    assert!(ran.pulses.is_empty() && ran.end.edges_before_arming == 0);
+    let [refused] = ran.boots[0].refused.as_slice() else { panic!("{:?}", ran.boots[0].refused) };
+    report!("{}", refused.reason);
+    assert_eq!(refused.subject, Subject::Clock);
+    let words = ["the clock HSE has 8.0", "allowed is 23.77 to 27.27 MHz"];
+    assert!(words.iter().all(|words| refused.reason.contains(words)), "{}", refused.reason);
 }
 
 fn its_image_runs_on_no_other_board() {

@@ -26,8 +26,8 @@
 //!   cable, the chip's pull-down stops the pulses. A contact that does not open is noticed by its test before the first arming after a boot.
 //! - The servos have a supply of their own. A servo without pulses may hold its torque; only a switch in its
 //!   supply removes it.
-//! - HSE has the frequency of the table within 500 ppm. A wrong crystal scales every pulse. It is detected where it moves the measured clock of the
-//!   watchdog out of its range, as 8 MHz in place of 25 MHz does; a small error is not detected.
+//! - HSE has the frequency of the table within 500 ppm. A wrong crystal scales every pulse; the board measures it at boot, but finds only one that is
+//!   far off ([`crate::crystal`]).
 
 #[cfg(any(
     all(feature = "f4-discovery", any(feature = "nucleo-f446re", feature = "black-pill-f411")),

@@ -6,6 +6,7 @@ mod bench;
 mod break_input;
 mod bus;
 mod clocks;
+mod crystal;
 mod dma;
 mod exti;
 mod f411;
