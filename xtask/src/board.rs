@@ -46,6 +46,14 @@ impl Board {
         }
     }
 
+    /// True if the virtual board can run the board's image.
+    pub(crate) fn is_modelled(self) -> bool {
+        match self {
+            Board::F4Discovery | Board::BlackPillF411 => true,
+            Board::NucleoF446re => false,
+        }
+    }
+
     /// True if the board has a socket at the chip's USB pins, so that its boot loader can be used. A Nucleo's only socket is that of the probe.
     pub(crate) fn has_usb(self) -> bool {
         match self {
