@@ -11,6 +11,7 @@ use std::process::{Command, ExitCode};
 use firmware::board::black_pill_f411::BOARD;
 use firmware::interrupts::ENABLED;
 use firmware::lamp::Shown;
+use footfall::board::image::Image;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST, stop, walk_options};
 use footfall_tests::lamps::Lamps;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         the_pull_up_holds_the_key(BlackPillImage),
         a_board_with_a_crystal_of_8_mhz_stays_off(BlackPillImage),
         its_image_runs_on_no_other_board(BlackPillImage),
+        its_image_names_the_pins_of_its_sensors(BlackPillImage),
     ])
 }
 
@@ -58,6 +60,8 @@ fn it_walks_ten_seconds_and_stops_by_the_key() {
     ran.assert_sound();
     let (end, boot) = (&ran.end, &ran.boots[0]);
     assert_eq!((end.edges_before_arming, end.edges_after_disarming, end.unexpected_faults), (0, 0, 0));
+    let start = ran.output.lines().next().expect("a first line");
+    assert!(start.contains("\"board\":\"black-pill-f411\""), "{start}");
     assert_eq!(
         boot.boot.as_ref().map(|boot| (boot.board.as_str(), boot.chip.as_str())),
         Some((BOARD.name, BOARD.chip))
@@ -248,4 +252,11 @@ fn its_image_runs_on_no_other_board() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{said}");
     assert!(said.contains("the ELF is for the board black-pill-f411, and --board names f4-discovery"), "{said}");
+}
+
+/// `footfall watch` feeds a recording to these pins.
+fn its_image_names_the_pins_of_its_sensors() {
+    let elf = std::env::var_os("FOOTFALL_BLACK_PILL_ELF").expect("FOOTFALL_BLACK_PILL_ELF");
+    let image = Image::read(elf.as_ref()).expect("the image");
+    assert_eq!(image.sensor_pins(), BOARD.sensors.map(|sensor| sensor.pin.name));
 }

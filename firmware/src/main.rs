@@ -8,6 +8,7 @@
 //! | TIM1 | [`servo_pwm`] |
 //! | TIM2, ADC1, ADC123_COMMON, ADC1_COMMON, DMA2 | [`sampling`] |
 //! | TIM5, and DWT of the core | [`stopwatch`] |
+//! | TIM11 | [`crystal_timer`] |
 //! | EXTI, SYSCFG | [`sync_input`] |
 //! | USART2, DMA1 | [`serial`] |
 //! | IWDG | [`watchdog`] |
