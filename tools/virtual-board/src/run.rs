@@ -26,7 +26,7 @@ use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERM
 use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
-use crate::plant::{BUTTON, BoardPlant, EMERGENCY_STOP};
+use crate::plant::{BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
@@ -159,7 +159,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
-            cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
+            cpu: UnicornCpu::new(image.board.config().chip, &image.flash, board, options.stale_flags)?,
             image,
             options,
             report,
@@ -172,7 +172,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             watcher: Watcher::default(),
             drift: None,
             scramble: None,
-            judge: Judge::new(Limits::of_flash(&image.flash)),
+            judge: Judge::new(Limits::of_flash(&image.flash), image.board.wiring().servos),
             judge_log,
             servos: None,
             driving: None,
@@ -212,7 +212,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
     fn begin(&mut self) {
         let hclk_hz = self.cpu.machine().soc.hclk_hz();
         let (elf_sha256, cpi) = (self.image.sha256.clone(), self.options.cpi);
-        self.report.line(&ReportLine::Start { elf_sha256, hclk_hz, cpi });
+        let board = self.image.board.name();
+        self.report.line(&ReportLine::Start { elf_sha256, board, hclk_hz, cpi });
         if let Some(SerialPort { name, .. }) = &self.serial {
             self.report.line(&ReportLine::Serial { port: name.clone() });
             self.report.flush();
@@ -230,7 +231,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 let injection_s = self.injections.iter().filter_map(Injection::due).fold(f64::INFINITY, f64::min);
                 while board.is_quiet(injection_s) {
                     let seconds = board.seconds();
-                    let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
+                    let button = board.plant.button_is_pressed(seconds);
+                    let stop = board.plant.level(EMERGENCY_STOP, seconds);
                     self.judge.observe(seconds, button, stop);
                     if let Some(servos) = &mut self.servos {
                         servos.take(&[], &[], seconds, board.plant.pulses.any_high());

@@ -384,10 +384,12 @@ fn images(state: &State) -> Result<String> {
             image.double_precision
         );
         sizes.push(format!("{}: {}", board.feature(), image.footprint));
-        if board == Board::F4Discovery {
-            // Set only once: `image` was not asked for before.
-            let _ = state.image.set(image.elf);
-        }
+        // Each is set only once: it was not asked for before.
+        let _ = match board {
+            Board::F4Discovery => state.image.set(image.elf),
+            Board::BlackPillF411 => state.black_pill.set(image.elf),
+            Board::NucleoF446re => Ok(()),
+        };
     }
     Ok(sizes.join("; "))
 }
@@ -447,9 +449,10 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 22] = [
+const IMAGE_TESTS: [&str; 23] = [
     "virtual_board",
     "fits",
+    "board_black_pill",
     "board_inputs",
     "board_serial",
     "board_trim",
@@ -481,6 +484,7 @@ fn image_tests(state: &State) -> Result<String> {
     let variables = [
         ("FOOTFALL_ELF", state.image()?),
         ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_BLACK_PILL_ELF", state.black_pill()?),
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
         ("FOOTFALL_BIN", &footfall),
         (judged::FILE, &file),

@@ -24,6 +24,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --secs 5 -- --script dip.toml --save-flash 0x08004000=sector.bin",
             "cargo xtask run --pace -- --serial",
             "cargo xtask run --tune",
+            "cargo xtask run --board black-pill-f411",
             "cargo xtask run --foxglove",
             "cargo xtask run --udp 127.0.0.1",
             "cargo xtask bench oscillators",
@@ -71,6 +72,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         &[
             "cargo xtask flash",
             "cargo xtask flash --board nucleo-f446re",
+            "cargo xtask flash --board black-pill-f411",
             "cargo xtask flash --generator generator.toml",
             "cargo xtask flash --robot robot.toml",
             "cargo xtask flash --keep --robot robot.toml",
