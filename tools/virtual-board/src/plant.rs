@@ -9,6 +9,7 @@ use anyhow::{Context as _, Result, bail, ensure};
 use stm32f4_model::{AdcChannel, Pin, Plant};
 
 use crate::campaign::Press;
+use crate::feed::Feed;
 use crate::pulses::Pulses;
 use crate::waveform::Waveform;
 
@@ -29,13 +30,19 @@ const VDDA: &str = "VDDA";
 
 /// Pin or supply of a column of voltages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum VoltageColumn {
+pub(crate) enum VoltageColumn {
+    /// A pin of the converter.
     Pin(Pin),
+    /// The analogue supply.
     Vdda,
 }
 
 impl VoltageColumn {
-    fn parse(name: &str) -> Result<Self> {
+    /// The column of a name, as `PA1` or `VDDA`.
+    ///
+    /// # Errors
+    /// The name is neither.
+    pub(crate) fn parse(name: &str) -> Result<Self> {
         if name == VDDA { Ok(VoltageColumn::Vdda) } else { Ok(VoltageColumn::Pin(name.parse()?)) }
     }
 
@@ -186,12 +193,25 @@ impl LevelTable {
         Self { edges: vec![(f64::NEG_INFINITY, level)] }
     }
 
-    fn at(&self, seconds: f64) -> bool {
+    /// Adds a level from a time on, s, that comes after all others.
+    pub(crate) fn push(&mut self, seconds: f64, high: bool) {
+        self.edges.push((seconds, high));
+    }
+
+    /// Drops the edges before a time, s, but the last of them.
+    pub(crate) fn forget_before(&mut self, seconds: f64) {
+        let passed = self.edges.partition_point(|(time, _)| *time <= seconds);
+        self.edges.drain(..passed.saturating_sub(1));
+    }
+
+    /// The level at a time, s.
+    pub(crate) fn at(&self, seconds: f64) -> bool {
         let after = self.edges.partition_point(|(time, _)| *time <= seconds);
         after > 0 && self.edges[after - 1].1
     }
 
-    fn next_edge(&self, seconds: f64) -> Option<f64> {
+    /// The first edge after a time, s.
+    pub(crate) fn next_edge(&self, seconds: f64) -> Option<f64> {
         self.edges.get(self.edges.partition_point(|(time, _)| *time <= seconds)).map(|(time, _)| *time)
     }
 }
@@ -244,6 +264,10 @@ pub(crate) struct BoardPlant {
     waves: BTreeMap<Pin, Waveform>,
     /// The user has pressed or released since the last input sample.
     changed: Cell<bool>,
+    /// Time of the last input sample, s.
+    sampled_s: f64,
+    /// What a program outside gives.
+    feed: Feed,
     /// Measurement of the output pins.
     pub(crate) pulses: Pulses,
 }
@@ -280,6 +304,26 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
+    /// What a program outside gives.
+    pub(crate) const fn feed(&mut self) -> &mut Feed {
+        &mut self.feed
+    }
+
+    /// Takes the level of an input from a program outside, from a time on, s. Returns whether it is another one than before.
+    pub(crate) fn give_level(&mut self, pin: Pin, seconds: f64, high: bool) -> bool {
+        let is_other = self.feed.give_level(pin, seconds, high);
+        // An input sample of this very moment has been taken.
+        if is_other && seconds <= self.sampled_s {
+            self.changed.set(true);
+        }
+        is_other
+    }
+
+    /// True if the level of an input is given by a table.
+    pub(crate) fn has_line(&self, pin: Pin) -> bool {
+        self.lines.contains_key(&pin)
+    }
+
     /// Ends the waveform of an input.
     pub(crate) fn release(&mut self, pin: Pin) {
         self.waves.remove(&pin);
@@ -312,12 +356,16 @@ impl BoardPlant {
         if let Some(wave) = self.waves.get(&pin) {
             return wave.at(seconds);
         }
+        let given = self.feed.level(pin, seconds);
         if pin == BUTTON {
-            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
+            return self.held || given.unwrap_or(false) || self.presses.iter().any(|press| press.is_on(seconds));
         }
         match self.lines.get(&pin) {
             Some(line) => line.at(seconds),
-            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
+            None if pin == EMERGENCY_STOP => {
+                given.unwrap_or(true) && !self.stops.iter().any(|press| press.is_on(seconds))
+            }
+            None => given.unwrap_or(false),
         }
     }
 
@@ -327,22 +375,26 @@ impl BoardPlant {
         self.presses.iter().chain(&self.stops).any(|press| press.at + press.hold > seconds)
             || self.lines.values().any(|line| line.next_edge(seconds).is_some())
             || self.waves.values().any(|wave| wave.next_edge(seconds).is_some())
+            || self.feed.edges_after(seconds).next().is_some()
     }
 }
 
 impl Plant for BoardPlant {
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
-        let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| self.volts.at(pin, seconds));
+        let given = |pin| self.feed.volts(VoltageColumn::Pin(pin), seconds).unwrap_or_else(|| self.volts.at(pin, seconds));
+        let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| given(pin));
         channel.pin().map_or(0.0, at)
     }
 
     fn vdda(&mut self, seconds: f64) -> Option<f64> {
-        self.held_supply.or_else(|| self.volts.vdda(seconds))
+        let given = || self.feed.volts(VoltageColumn::Vdda, seconds);
+        self.held_supply.or_else(given).or_else(|| self.volts.vdda(seconds))
     }
 
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
         if pin == BUTTON {
             self.changed.set(false);
+            self.sampled_s = seconds;
         }
         self.level(pin, seconds)
     }
@@ -358,7 +410,8 @@ impl Plant for BoardPlant {
         let presses = self.presses.iter().chain(&self.stops).flat_map(|press| [press.at, press.at + press.hold]);
         let edges = self.lines.values().filter_map(|line| line.next_edge(seconds));
         let waves = self.waves.values().filter_map(|wave| wave.next_edge(seconds));
-        Some(presses.chain(edges).chain(waves).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
+        let given = self.feed.edges_after(seconds);
+        Some(presses.chain(edges).chain(waves).chain(given).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
     }
 }
 

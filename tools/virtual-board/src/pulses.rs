@@ -20,6 +20,12 @@ const RAIL: Pin = match Pin::new('C', 8) {
     None => panic!("a pin of port C"),
 };
 
+/// The lamps of the STM32F4 Discovery: green, orange, red, blue (UM1472, 6.3).
+const LAMPS: [Pin; 4] = match (Pin::new('D', 12), Pin::new('D', 13), Pin::new('D', 14), Pin::new('D', 15)) {
+    (Some(green), Some(orange), Some(red), Some(blue)) => [green, orange, red, blue],
+    _ => panic!("pins of port D"),
+};
+
 /// Time after disarming in which a falling edge counts as its effect, s.
 const DISARM_EDGE_S: f64 = 1e-6;
 
@@ -105,6 +111,8 @@ pub(crate) struct Pulses {
     /// Pins whose edges are recorded, and the recorded edges.
     watched: Vec<Pin>,
     kept: Vec<PinEdge>,
+    /// The edges of the lamps, if they are recorded.
+    lamps: Option<Vec<PinEdge>>,
     periods: Vec<PulsePeriod>,
     activity: Vec<TimedOutputChange>,
 }
@@ -118,6 +126,16 @@ impl Pulses {
     /// The edges of watched pins since the last call, in the order of time.
     pub(crate) fn take_edges(&mut self) -> Vec<PinEdge> {
         std::mem::take(&mut self.kept)
+    }
+
+    /// Starts recording the edges of the lamps.
+    pub(crate) fn record_lamps(&mut self) {
+        self.lamps = Some(Vec::new());
+    }
+
+    /// The edges of the lamps since the last call, in the order of time.
+    pub(crate) fn take_lamps(&mut self) -> Vec<PinEdge> {
+        self.lamps.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Sets the state of the main output enable.
@@ -192,6 +210,9 @@ impl Pulses {
         *self.edges.entry(pin).or_default() += 1;
         if self.watched.contains(&pin) {
             self.kept.push(PinEdge { pin, seconds, level });
+        }
+        if let Some(lamps) = self.lamps.as_mut().filter(|_| LAMPS.contains(&pin)) {
+            lamps.push(PinEdge { pin, seconds, level });
         }
         if pin == RAIL {
             self.rail = level;
@@ -336,6 +357,18 @@ mod tests {
             (3, 2),
             "a rising edge is not an effect of the reset"
         );
+    }
+
+    #[test]
+    fn lamps_are_recorded_apart() {
+        let mut pulses = Pulses::default();
+        pulses.edge(LAMPS[2], true, 0.5);
+        assert_eq!(pulses.take_lamps(), [], "not recorded");
+        pulses.record_lamps();
+        pulses.edge(LAMPS[2], false, 1.5);
+        pulses.edge(Pin::new('D', 11).unwrap(), true, 1.6);
+        assert_eq!(pulses.take_lamps(), [PinEdge { pin: LAMPS[2], seconds: 1.5, level: false }]);
+        assert_eq!((pulses.take_lamps(), pulses.take_edges()), (vec![], vec![]));
     }
 
     #[test]
