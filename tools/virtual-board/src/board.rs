@@ -135,11 +135,12 @@ impl BoardModel {
         self.deadline = 0;
     }
 
-    /// The last cycle that is not after the horizon.
+    /// The last cycle before the horizon: what is due at that time comes after it.
     fn update_horizon(&mut self) {
-        let cycle = self.soc.cycle_at(self.horizon_s);
-        let is_after = cycle != NEVER && self.soc.seconds(cycle) > self.horizon_s;
-        self.horizon = cycle.saturating_sub(u64::from(is_after));
+        self.horizon = match self.soc.cycle_at(self.horizon_s) {
+            NEVER => NEVER,
+            cycle => cycle.saturating_sub(1),
+        };
     }
 
     /// True if the board is past its horizon: by the entry of an exception.

@@ -381,7 +381,8 @@ impl BoardPlant {
 
 impl Plant for BoardPlant {
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
-        let given = |pin| self.feed.volts(VoltageColumn::Pin(pin), seconds).unwrap_or_else(|| self.volts.at(pin, seconds));
+        let given =
+            |pin| self.feed.volts(VoltageColumn::Pin(pin), seconds).unwrap_or_else(|| self.volts.at(pin, seconds));
         let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| given(pin));
         channel.pin().map_or(0.0, at)
     }

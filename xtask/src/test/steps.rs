@@ -437,10 +437,11 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 22] = [
+const IMAGE_TESTS: [&str; 23] = [
     "virtual_board",
     "fits",
     "board_inputs",
+    "board_lockstep",
     "board_serial",
     "board_trim",
     "board_pulses",

@@ -129,8 +129,9 @@ fn volts(entries: &[(String, Value)]) -> Result<Vec<Given>, Refusal> {
     for (name, value) in entries {
         let field = format!("volts.{name}");
         let refuse = |text: String| Refusal::new(&field, text);
-        let pair = pair(value)
-            .ok_or_else(|| refuse(format!("`{field}` is {value}; allowed is a number, or the first and the last value in brackets")))?;
+        let pair = pair(value).ok_or_else(|| {
+            refuse(format!("`{field}` is {value}; allowed is a number, or the first and the last value in brackets"))
+        })?;
         let inside = |[least, most]: [f64; 2]| match pair.iter().find(|volts| !(least..=most).contains(*volts)) {
             Some(volts) => Err(refuse(format!("{volts} V at `{field}` is not allowed; must be {least} to {most} V"))),
             None => Ok(()),
@@ -138,7 +139,9 @@ fn volts(entries: &[(String, Value)]) -> Result<Vec<Given>, Refusal> {
         if name == VDD {
             inside(SUPPLY_V)?;
             if pair[0] != pair[1] {
-                return Err(refuse(format!("`{field}` has two values; the supply of the chip is held in a step: send one")));
+                return Err(refuse(format!(
+                    "`{field}` has two values; the supply of the chip is held in a step: send one"
+                )));
             }
             given.push(Given::ChipSupply(pair[0]));
             if !has_analogue {
@@ -257,12 +260,24 @@ mod tests {
             (r#"{"us": 1, "volts": true}"#, "", "expected an object of pins"),
             (r#"{"us": 1, "volts": null}"#, "", "expected an object of pins"),
             (r#"{"us": 1, "volts": {"PA1": 1, "PA1": 2}}"#, "", "the key `PA1` comes twice"),
-            (r#"{"us": 1, "volts": {"PA1": "x"}}"#, "volts.PA1", "allowed is a number, or the first and the last value"),
+            (
+                r#"{"us": 1, "volts": {"PA1": "x"}}"#,
+                "volts.PA1",
+                "allowed is a number, or the first and the last value",
+            ),
             (r#"{"us": 1, "volts": {"PA1": [1, 2, 3]}}"#, "volts.PA1", "the first and the last value in brackets"),
             (r#"{"us": 1, "volts": {"PA1": 1e999}}"#, "volts.PA1", "allowed is a number"),
-            (r#"{"us": 1, "volts": {"PA1": [1, 1200]}}"#, "volts.PA1", "1200 V at `volts.PA1` is not allowed; must be -10 to 10 V"),
+            (
+                r#"{"us": 1, "volts": {"PA1": [1, 1200]}}"#,
+                "volts.PA1",
+                "1200 V at `volts.PA1` is not allowed; must be -10 to 10 V",
+            ),
             (r#"{"us": 1, "volts": {"PX1": 1}}"#, "volts.PX1", "is not the name of a pin"),
-            (r#"{"us": 1, "volts": {"PE9": 1}}"#, "volts.PE9", "PE9 is not a pin of a converter; allowed are PA0 to PA7"),
+            (
+                r#"{"us": 1, "volts": {"PE9": 1}}"#,
+                "volts.PE9",
+                "PE9 is not a pin of a converter; allowed are PA0 to PA7",
+            ),
             (r#"{"us": 1, "volts": {"VDDA": 0}}"#, "volts.VDDA", "must be 0.1 to 4 V"),
             (r#"{"us": 1, "volts": {"VDD": 5}}"#, "volts.VDD", "must be 0 to 4 V"),
             (r#"{"us": 1, "volts": {"VDD": [3, 2]}}"#, "volts.VDD", "is held in a step"),

@@ -48,8 +48,14 @@ impl<W: Write> BoardRun<'_, W> {
     pub(crate) fn follow_requests(&mut self, requests: Requests) {
         self.cpu.machine().plant.pulses.record_lamps();
         self.cpu.machine().set_horizon(0.0);
-        self.lockstep =
-            Some(Lockstep { requests, until_us: 0, owes_answer: false, has_changed_input: false, supply: None, is_cut: false });
+        self.lockstep = Some(Lockstep {
+            requests,
+            until_us: 0,
+            owes_answer: false,
+            has_changed_input: false,
+            supply: None,
+            is_cut: false,
+        });
     }
 
     /// Says which protocol this is, and how the servos are mounted.
