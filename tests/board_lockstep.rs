@@ -15,6 +15,7 @@ use test_suite::{report, tests};
 fn main() -> ExitCode {
     test_suite::run(tests![
         the_first_line_names_protocol_and_joints(Image),
+        the_requests_of_the_page_have_the_answers_of_the_page(Image),
         steps_through_a_file_are_the_run_from_that_file(Image),
         equal_conversations_have_equal_answers(Image),
         a_refused_request_changes_nothing(Image),
@@ -151,6 +152,21 @@ fn the_first_line_names_protocol_and_joints() {
     assert_eq!(ran.code, Some(0));
 }
 
+fn the_requests_of_the_page_have_the_answers_of_the_page() {
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/lockstep.md");
+    let text = std::fs::read_to_string(page).expect("the page");
+    let blocks: Vec<&str> =
+        text.split("```json\n").skip(1).map(|rest| rest.split("```").next().expect("its end")).collect();
+    let [requests, answers] = blocks[..] else { panic!("{} blocks", blocks.len()) };
+    let _ = Board::find().converse(&[] as &[&str], |board| {
+        for (request, answer) in requests.lines().zip(answers.lines()) {
+            let expected: Value = serde_json::from_str(answer).expect("an object");
+            assert_eq!(board.ask(request).last(), Some(&expected), "{request}");
+        }
+    });
+    assert_eq!((requests.lines().count(), answers.lines().count()), (4, 4));
+}
+
 fn steps_through_a_file_are_the_run_from_that_file() {
     let board = Board::find();
     let folder = tempfile::tempdir().expect("a folder");
@@ -186,7 +202,7 @@ fn equal_conversations_have_equal_answers() {
 }
 
 fn a_refused_request_changes_nothing() {
-    const WRONG: [(&str, &str, &str); 12] = [
+    const WRONG: [(&str, &str, &str); 14] = [
         ("hold", "", "the line is not a request"),
         ("{\"us\": 1000, \"volts\": {\"PA1\": 1}", "", "the line is not a request"),
         (
@@ -199,6 +215,8 @@ fn a_refused_request_changes_nothing() {
         ("{\"us\": 1000, \"volts\": {\"PA1\": 1, \"PB9\": 1}}", "volts.PB9", "not a pin of a converter"),
         ("{\"us\": 1000, \"stop\": true, \"volts\": {\"PA1\": 100}}", "volts.PA1", "must be -10 to 10 V"),
         ("{\"us\": 1000, \"stop\": true, \"levels\": {\"PC6\": true}}", "levels.PC6", "set by --level or --edges"),
+        ("{\"us\": 1000, \"levels\": {\"PC5\": true, \"PA0\": true}}", "levels.PA0", "a key of its own: `button`"),
+        ("{\"us\": 1000, \"levels\": {\"PB12\": false}}", "levels.PB12", "a key of its own: `stop`"),
         ("{\"us\": 1000, \"button\": \"pressed\"}", "button", "allowed is true or false"),
         ("{\"volts\": {\"PA1\": 1}}", "us", "`us` is missing"),
         ("{\"us\": 1000, \"end\": true}", "end", "stands alone"),

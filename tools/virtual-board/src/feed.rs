@@ -6,7 +6,18 @@ use std::collections::BTreeMap;
 
 use stm32f4_model::Pin;
 
-use crate::plant::{EMERGENCY_STOP, LevelTable, VoltageColumn};
+use crate::tables::{LevelTable, VoltageColumn};
+
+/// A contact, which is off until it is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Contact {
+    /// The user button: on while pressed.
+    Button,
+    /// The emergency stop: on while pressed.
+    Stop,
+    /// Another input: on while high.
+    Pin(Pin),
+}
 
 /// A voltage over a piece of time: linear from the first to the last value, which is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +42,7 @@ impl Piece {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Feed {
     volts: BTreeMap<VoltageColumn, Vec<Piece>>,
-    levels: BTreeMap<Pin, LevelTable>,
+    contacts: BTreeMap<Contact, LevelTable>,
     /// Supply of the chip, V; `None`: not given.
     pub(crate) chip_supply: Option<f64>,
 }
@@ -42,12 +53,12 @@ impl Feed {
         self.volts.entry(column).or_default().push(Piece { from_s, to_s, volts });
     }
 
-    /// Gives the level of an input from a time on, s. Returns whether it is another one than before.
-    pub(crate) fn give_level(&mut self, pin: Pin, from_s: f64, high: bool) -> bool {
-        let table = self.levels.entry(pin).or_insert_with(|| LevelTable::fixed(pin == EMERGENCY_STOP));
-        let is_other = table.at(from_s) != high;
+    /// Gives the state of a contact from a time on, s. Returns whether it is another one than before.
+    pub(crate) fn give_contact(&mut self, contact: Contact, from_s: f64, on: bool) -> bool {
+        let table = self.contacts.entry(contact).or_default();
+        let is_other = table.at(from_s) != on;
         if is_other {
-            table.push(from_s, high);
+            table.push(from_s, on);
         }
         is_other
     }
@@ -58,7 +69,7 @@ impl Feed {
             let passed = pieces.iter().skip(1).take_while(|next| next.from_s <= seconds).count();
             pieces.drain(..passed);
         }
-        self.levels.values_mut().for_each(|table| table.forget_before(seconds));
+        self.contacts.values_mut().for_each(|table| table.forget_before(seconds));
     }
 
     /// A voltage at a time, s; `None`: it was not given.
@@ -67,21 +78,21 @@ impl Feed {
         pieces.iter().rev().find(|piece| piece.from_s <= seconds).map(|piece| piece.at(seconds))
     }
 
-    /// The level of an input at a time, s; `None`: it was not given.
-    pub(crate) fn level(&self, pin: Pin, seconds: f64) -> Option<bool> {
-        Some(self.levels.get(&pin)?.at(seconds))
+    /// Whether a contact is on at a time, s.
+    pub(crate) fn is_on(&self, contact: Contact, seconds: f64) -> bool {
+        self.contacts.get(&contact).is_some_and(|table| table.at(seconds))
     }
 
-    /// The next change of an input after a time, s.
+    /// The next change of each contact after a time, s.
     pub(crate) fn edges_after(&self, seconds: f64) -> impl Iterator<Item = f64> {
-        self.levels.values().filter_map(move |table| table.next_edge(seconds))
+        self.contacts.values().filter_map(move |table| table.next_edge(seconds))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::VoltageTable;
+    use crate::tables::VoltageTable;
 
     fn pin(name: &str) -> VoltageColumn {
         VoltageColumn::Pin(name.parse().unwrap())
@@ -116,15 +127,15 @@ mod tests {
     }
 
     #[test]
-    fn a_level_holds_until_the_next_one() {
-        let foot: Pin = "PC5".parse().unwrap();
+    fn a_contact_holds_until_the_next_change() {
+        let foot = Contact::Pin("PC5".parse().unwrap());
         let mut feed = Feed::default();
-        assert!(!feed.give_level(foot, 0.0, false) && feed.give_level(foot, 0.001, true), "low before the first");
-        assert!(!feed.give_level(foot, 0.002, true) && feed.give_level(foot, 0.003, false));
-        assert_eq!([0.0, 0.001, 0.0025, 0.003].map(|at| feed.level(foot, at)), [false, true, true, false].map(Some));
+        assert!(!feed.give_contact(foot, 0.0, false) && feed.give_contact(foot, 0.001, true), "off before the first");
+        assert!(!feed.give_contact(foot, 0.002, true) && feed.give_contact(foot, 0.003, false));
+        assert_eq!([0.0, 0.001, 0.0025, 0.003].map(|at| feed.is_on(foot, at)), [false, true, true, false]);
         assert_eq!(feed.edges_after(0.001).collect::<Vec<_>>(), [0.003]);
         feed.forget_before(0.002);
-        assert_eq!([0.002, 0.003].map(|at| feed.level(foot, at)), [true, false].map(Some));
-        assert!(!feed.give_level(EMERGENCY_STOP, 0.0, true), "released at power-on");
+        assert_eq!([0.002, 0.003].map(|at| feed.is_on(foot, at)), [true, false]);
+        assert!(!feed.is_on(Contact::Stop, 1.0));
     }
 }

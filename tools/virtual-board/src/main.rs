@@ -34,6 +34,7 @@ mod semihosting;
 mod serial;
 mod servos;
 mod systick;
+mod tables;
 mod unicorn;
 mod waveform;
 
@@ -54,13 +55,14 @@ use crate::inject::{FrequencyAt, Injection, InjectionKind, RegisterAt, SymbolAt}
 use crate::judge::Joint;
 use crate::loader::ProgramImage;
 use crate::lockstep::Requests;
-use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
+use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
 use crate::script::{HIGHEST_LSI_HZ, Script};
 use crate::serial::SerialPort;
 use crate::servos::Servos;
+use crate::tables::{LevelTable, VoltageTable};
 
 /// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
 /// input.

@@ -2,6 +2,7 @@
 
 mod campaign;
 mod case;
+mod conversation;
 mod disturb;
 mod drift;
 mod exceptions;
@@ -37,8 +38,8 @@ use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 pub(crate) use campaign::Plan;
+use conversation::Lockstep;
 use drift::Drift;
-use lockstep::Lockstep;
 pub(crate) use saved_sector::FlashDownload;
 use saved_sector::SavedSector;
 

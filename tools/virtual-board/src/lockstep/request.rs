@@ -6,7 +6,8 @@ use stm32f4_model::{AdcChannel, Pin};
 
 use super::Refusal;
 use super::entries::Entries;
-use crate::plant::{BUTTON, EMERGENCY_STOP, VoltageColumn};
+use crate::feed::Contact;
+use crate::tables::VoltageColumn;
 
 /// Version of the protocol.
 pub(crate) const VERSION: u64 = 1;
@@ -47,8 +48,8 @@ pub(crate) enum Given {
     Volts(VoltageColumn, [f64; 2]),
     /// Supply of the chip, V.
     ChipSupply(f64),
-    /// Level of a pin; high is true.
-    Level(Pin, bool),
+    /// Whether a contact is on.
+    Contact(Contact, bool),
 }
 
 /// The keys of a request, as they come.
@@ -92,10 +93,9 @@ impl Request {
         }
         let mut given = volts(&keys.volts.0)?;
         given.extend(levels(&keys.levels.0)?);
-        for (key, value, pin) in [("button", keys.button, BUTTON), ("stop", keys.stop, EMERGENCY_STOP)] {
+        for (key, value, contact) in [("button", keys.button, Contact::Button), ("stop", keys.stop, Contact::Stop)] {
             if let Some(value) = value {
-                // The contact of the stop opens when it is pressed.
-                given.push(Given::Level(pin, is_true(key, &value)? != (pin == EMERGENCY_STOP)));
+                given.push(Given::Contact(contact, is_true(key, &value)?));
             }
         }
         let ends = keys.end.map(|value| is_true("end", &value)).transpose()?.unwrap_or(false);
@@ -186,15 +186,10 @@ fn levels(entries: &[(String, Value)]) -> Result<Vec<Given>, Refusal> {
     let level = |(name, value): &(String, Value)| {
         let field = format!("levels.{name}");
         let pin: Pin = name.parse().map_err(|error| Refusal::new(&field, format!("{error}")))?;
-        for (special, key) in [(BUTTON, "button"), (EMERGENCY_STOP, "stop")] {
-            if pin == special {
-                return Err(Refusal::new(field, format!("{pin} has a key of its own: `{key}`, true while pressed")));
-            }
-        }
         let high = value
             .as_bool()
             .ok_or_else(|| Refusal::new(&field, format!("`{field}` is {value}; allowed is true for high, or false")))?;
-        Ok(Given::Level(pin, high))
+        Ok(Given::Contact(Contact::Pin(pin), high))
     };
     entries.iter().map(level).collect()
 }
@@ -222,9 +217,9 @@ mod tests {
             [
                 Given::Volts(pin("PA1"), [1.25; 2]),
                 Given::Volts(pin("PC1"), [0.1, 2.0]),
-                Given::Level("PC5".parse().unwrap(), true),
-                Given::Level(BUTTON, true),
-                Given::Level(EMERGENCY_STOP, false),
+                Given::Contact(Contact::Pin("PC5".parse().unwrap()), true),
+                Given::Contact(Contact::Button, true),
+                Given::Contact(Contact::Stop, true),
             ]
         );
         assert_eq!(step(r#"{"us": 1}"#).given, []);
@@ -282,8 +277,6 @@ mod tests {
             (r#"{"us": 1, "volts": {"VDD": 5}}"#, "volts.VDD", "must be 0 to 4 V"),
             (r#"{"us": 1, "volts": {"VDD": [3, 2]}}"#, "volts.VDD", "is held in a step"),
             (r#"{"us": 1, "levels": {"PC5": 1}}"#, "levels.PC5", "allowed is true for high, or false"),
-            (r#"{"us": 1, "levels": {"PA0": true}}"#, "levels.PA0", "`button`, true while pressed"),
-            (r#"{"us": 1, "levels": {"PB12": true}}"#, "levels.PB12", "`stop`, true while pressed"),
             (r#"{"us": 1, "button": null}"#, "button", "`button` is null"),
             (r#"{"us": 1, "button": 1}"#, "button", "allowed is true or false"),
             (r#"{"us": 1, "end": true}"#, "end", "`end` stands alone"),

@@ -6,41 +6,40 @@
 use std::io::Write;
 
 use anyhow::{Context as _, Result};
+use stm32f4_model::Pin;
 
+use super::conversation::Lockstep;
 use super::{BoardRun, ROUNDING_S};
+use crate::feed::Contact;
 use crate::judge::Joint;
 use crate::lockstep::{Given, Line, Refusal, Request, Requests, Step, VERSION};
-use crate::pulses::SERVOS;
+use crate::plant::{BUTTON, EMERGENCY_STOP};
+use crate::pulses::{PinEdge, SERVOS};
 use crate::report::{self, LampChange, MountedJoint, ReportLine, StepEnd};
 
 /// The joints in the order of the servo pins.
 const JOINTS: [&str; 4] = ["left_hip", "right_hip", "left_knee", "right_knee"];
 
-/// The conversation.
-pub(super) struct Lockstep {
-    requests: Requests,
-    /// End of the step, us.
-    until_us: u64,
-    /// A request was carried out, whose answer is due.
-    owes_answer: bool,
-    /// The last request has changed an input of which the peripherals do not know yet.
-    has_changed_input: bool,
-    /// A supply of the chip that is given from a time on: s and V.
-    supply: Option<(f64, f64)>,
-    /// The input ended in the middle of a line.
-    pub(super) is_cut: bool,
-}
-
-impl Lockstep {
-    /// The time from which on a supply is given, s.
-    pub(super) fn supply_due(&self) -> Option<f64> {
-        self.supply.map(|(at, _)| at)
-    }
-}
-
 /// A time in s. Division rounds once, so that 1000 us are what the text `0.001` is.
 fn seconds(us: u64) -> f64 {
     us as f64 / 1e6
+}
+
+/// Refuses a contact that something else sets, and pins that have a key of their own.
+fn check_contact(given: Given, has_line: impl Fn(Pin) -> bool) -> Result<(), Refusal> {
+    let (pin, field) = match given {
+        Given::Contact(Contact::Pin(pin), _) => (pin, format!("levels.{pin}")),
+        Given::Contact(Contact::Stop, _) => (EMERGENCY_STOP, "stop".into()),
+        _ => return Ok(()),
+    };
+    let own = [(BUTTON, "button"), (EMERGENCY_STOP, "stop")].into_iter().find(|(special, _)| *special == pin);
+    if let Some((_, key)) = own.filter(|(_, key)| *key != field) {
+        return Err(Refusal::new(field, format!("{pin} has a key of its own: `{key}`, true while pressed")));
+    }
+    if has_line(pin) {
+        return Err(Refusal::new(field, format!("{pin} is set by --level or --edges; remove that option, or the key")));
+    }
+    Ok(())
 }
 
 impl<W: Write> BoardRun<'_, W> {
@@ -48,14 +47,7 @@ impl<W: Write> BoardRun<'_, W> {
     pub(crate) fn follow_requests(&mut self, requests: Requests) {
         self.cpu.machine().plant.pulses.record_lamps();
         self.cpu.machine().set_horizon(0.0);
-        self.lockstep = Some(Lockstep {
-            requests,
-            until_us: 0,
-            owes_answer: false,
-            has_changed_input: false,
-            supply: None,
-            is_cut: false,
-        });
+        self.lockstep = Some(Lockstep::new(requests));
     }
 
     /// Says which protocol this is, and how the servos are mounted.
@@ -126,7 +118,7 @@ impl<W: Write> BoardRun<'_, W> {
             let mut board = self.cpu.machine();
             (board.plant.pulses.take_lamps(), board.plant.pulses.state())
         };
-        let changed = |edge: crate::pulses::PinEdge| LampChange {
+        let changed = |edge: PinEdge| LampChange {
             t_s: report::seconds(edge.seconds),
             pin: edge.pin.to_string(),
             on: edge.level,
@@ -161,12 +153,7 @@ impl<W: Write> BoardRun<'_, W> {
         let Some(lockstep) = &mut self.lockstep else { return Ok(()) };
         let mut board = self.cpu.machine();
         for given in &step.given {
-            if let Given::Level(pin, _) = given
-                && board.plant.has_line(*pin)
-            {
-                let text = format!("{pin} is set by --level or --edges; remove that option, or the key");
-                return Err(Refusal::new(format!("levels.{pin}"), text));
-            }
+            check_contact(*given, |pin| board.plant.has_line(pin))?;
         }
         let (from_s, to_s) = (seconds(lockstep.until_us), seconds(lockstep.until_us + step.us));
         let passed_s = board.soc.seconds(board.soc.now());
@@ -175,7 +162,7 @@ impl<W: Write> BoardRun<'_, W> {
         for given in &step.given {
             match *given {
                 Given::Volts(column, volts) => board.plant.feed().give_volts(column, from_s, to_s, volts),
-                Given::Level(pin, high) => is_other |= board.plant.give_level(pin, from_s, high),
+                Given::Contact(contact, on) => is_other |= board.plant.give_contact(contact, from_s, on),
                 Given::ChipSupply(volts) => {
                     is_other |= board.plant.feed().chip_supply.replace(volts) != Some(volts);
                     lockstep.supply = Some((from_s, volts));
@@ -211,5 +198,27 @@ impl<W: Write> BoardRun<'_, W> {
         board.sync(&mut memory);
         drop(board);
         self.schedule_stop();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_has_one_key() {
+        let pin = |name: &str| Given::Contact(Contact::Pin(name.parse().unwrap()), true);
+        let none = |_| false;
+        assert_eq!(check_contact(pin("PC5"), none), Ok(()));
+        assert_eq!(check_contact(Given::Contact(Contact::Stop, true), none), Ok(()));
+        for (given, has_line, field, words) in [
+            (pin("PA0"), false, "levels.PA0", "`button`, true while pressed"),
+            (pin("PB12"), false, "levels.PB12", "`stop`, true while pressed"),
+            (pin("PC6"), true, "levels.PC6", "set by --level or --edges"),
+            (Given::Contact(Contact::Stop, true), true, "stop", "PB12 is set by --level or --edges"),
+        ] {
+            let refusal = check_contact(given, |_| has_line).unwrap_err();
+            assert!(refusal.field == field && refusal.text.contains(words), "{refusal:?}");
+        }
     }
 }
