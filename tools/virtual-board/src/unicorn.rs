@@ -263,12 +263,13 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
         let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
             let mut machine = machine.borrow_mut();
-            // Decide before counting: a block that was stopped runs again.
-            if machine.before_block(|| read_masks(uc)) {
+            let instructions = counts.instructions(addr as u32, size);
+            // Decide before charging: a block that was stopped runs again.
+            if machine.before_block(instructions, || read_masks(uc)) {
                 hook_results.stop.set(Some(Stop::Requested));
                 let _ = uc.emu_stop();
             } else {
-                machine.charge(addr as u32, counts.instructions(addr as u32, size));
+                machine.charge(addr as u32, instructions);
             }
         };
         convert_error(self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook), "hooking blocks")?;
@@ -521,7 +522,7 @@ mod tests {
     }
 
     impl Machine for RecordingMachine {
-        fn before_block(&mut self, _: impl FnOnce() -> Masks) -> bool {
+        fn before_block(&mut self, _: u32, _: impl FnOnce() -> Masks) -> bool {
             let stop = self.blocks_left == 0;
             self.blocks_left = self.blocks_left.saturating_sub(1);
             stop
