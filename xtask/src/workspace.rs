@@ -191,6 +191,11 @@ impl Workspace {
         one_program(host_build("audit", &["audit"]))
     }
 
+    /// The program that counts the cost of each part of an image.
+    pub(crate) fn board_cost(&self) -> Result<PathBuf> {
+        one_program(host_build("board-cost", &["board-cost"]))
+    }
+
     /// The command-line program.
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
         one_program(host_build("footfall", &["footfall"]))

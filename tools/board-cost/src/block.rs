@@ -40,8 +40,8 @@ pub struct Block {
     pub function: Option<usize>,
     /// Stages of its divisions, in order.
     pub divisions: Vec<Option<Stage>>,
-    /// Stage of its first load.
-    pub load: Option<Stage>,
+    /// Words beside the code that it loads: the part that does, and the line of flash.
+    pub literals: Vec<(usize, u32)>,
 }
 
 impl Block {
@@ -68,17 +68,17 @@ impl Block {
             floating: instructions.iter().any(|instruction| instruction.floating),
             function: program.image.function_at(address),
             divisions: Vec::new(),
-            load: None,
+            literals: Vec::new(),
         };
         let mut before: Option<&Instruction> = None;
-        let mut has_loaded = false;
         for instruction in &instructions {
             let stage = stages.of(&program.functions_at(instruction.address)?);
             block.add(instruction, stage, timing::cycles(before, instruction));
-            match instruction.class {
-                Class::Division => block.divisions.push(stage),
-                Class::Load if !has_loaded => (block.load, has_loaded) = (stage, true),
-                _ => {}
+            if instruction.class == Class::Division {
+                block.divisions.push(stage);
+            }
+            if let Some(literal) = instruction.literal {
+                block.literals.push((block.parts.len() - 1, literal / LINE));
             }
             before = Some(instruction);
         }

@@ -5,6 +5,8 @@
 //! is replaced. A line goes into the cache of instructions when it was neither the present nor the prefetched one; whether a prefetched line that is
 //! used goes there too is [`Prefetched`].
 //!
+//! Data are the words beside the code that an instruction names; constants that are read through a pointer are taken to cost no wait.
+//!
 //! Assumed, because the manual does not say it: the prefetch reads no line that is cached, begins when the flash is free, and runs to its end.
 
 /// Bytes of a line.

@@ -120,6 +120,8 @@ pub struct Instruction {
     pub is_call: bool,
     /// It is one of the FPU.
     pub floating: bool,
+    /// Address of the word beside the code that it loads, if it does.
+    pub literal: Option<u32>,
 }
 
 /// Decoder of Thumb code.
@@ -157,10 +159,16 @@ impl Decoder {
         let (reads, writes) = (Registers::of(detail.regs_read()), Registers::of(detail.regs_write()));
         let mut addresses = Registers::default();
         let mut indexed = false;
+        let mut literal = None;
         for operand in &operands {
             if let ArmOperandType::Mem(memory) = operand {
                 addresses.0 |= bits(memory.base()) | bits(memory.index());
                 indexed |= bits(memory.index()) != 0;
+                if bits(memory.base()) == PC && bits(memory.index()) == 0 {
+                    // The program counter reads as the address of the instruction plus 4, aligned (ARMv7-M ARM, A7.7.44).
+                    let base = (found.address() as u32 + 4) & !3;
+                    literal = Some(base.wrapping_add_signed(memory.disp()));
+                }
             }
         }
         let registers: Vec<u64> = operands
@@ -189,6 +197,7 @@ impl Decoder {
             jump,
             is_call,
             floating,
+            literal,
         })
     }
 }
@@ -364,6 +373,14 @@ mod tests {
         let [load, float] = decode(&[0x5888, 0xEDD3, 0x0A00])[..] else { panic!("two instructions") };
         assert_eq!((load.addresses, load.writes), (Registers(0b110), Registers(1)));
         assert_eq!((float.addresses, float.writes, float.floating), (Registers(0b1000), Registers(1 << 17), true));
+    }
+
+    #[test]
+    fn a_word_beside_the_code_has_its_address() {
+        // nop; ldr r0, [pc, #8]; vldr s0, [pc, #8]; ldr r0, [r1]
+        let found = decode(&[0xBF00, 0x4802, 0xED9F, 0x0A02, 0x6808]);
+        let literals: Vec<Option<u32>> = found.iter().map(|one| one.literal).collect();
+        assert_eq!(literals, [None, Some(0x0800_000C), Some(0x0800_0010), None]);
     }
 
     #[test]

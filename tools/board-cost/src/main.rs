@@ -7,6 +7,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use audit::graph::Calls;
+use audit::stack;
 use board_cost::flash::{Control, Prefetched};
 use board_cost::program::Program;
 use board_cost::replay::{Interrupts, Options, Replay};
@@ -36,6 +38,9 @@ struct Cli {
     /// A prefetched line of flash that is used goes into the cache: the manual can be read in both ways
     #[arg(long)]
     cache_prefetched: bool,
+    /// Flash, RAM and the bound of the stack too
+    #[arg(long)]
+    image: bool,
     /// Instead of the firmware's parts, each call of these functions, by their symbols
     #[arg(long, value_name = "SYMBOL", num_args = 1..)]
     function: Vec<String>,
@@ -55,8 +60,15 @@ fn run(cli: Cli) -> Result<()> {
     let mut replay = Replay::new(&program, Interrupts::of_firmware(), options)?;
     let from = File::open(&cli.trace).with_context(|| format!("reading {}", cli.trace.display()))?;
     trace::read(from, |event| replay.take(event)).with_context(|| format!("in {}", cli.trace.display()))?;
+    let image = &program.image;
     let cycles = replay.counted_cycles();
-    println!("{}", json!({ "compiler": program.image.compiler, "cycles": cycles, "rows": replay.finish()? }));
+    let mut result = json!({ "compiler": image.compiler, "cycles": cycles, "rows": replay.finish()? });
+    if cli.image {
+        let bound = stack::bound(image, &Calls::of(image)?)?.total();
+        result["image"] =
+            json!({ "flash_bytes": image.flash, "static_ram_bytes": image.ram, "stack_bound_bytes": bound });
+    }
+    println!("{result}");
     Ok(())
 }
 

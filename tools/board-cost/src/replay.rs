@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use anyhow::{Context, Result, ensure};
 
 use crate::block::Block;
-use crate::flash::{Control, Flash, LINE, Prefetched};
+use crate::flash::{Control, Flash, Prefetched};
 use crate::instruction::Decoder;
 use crate::program::Program;
 use crate::stage::{Stage, Stages, TELEMETRY_STEP};
@@ -184,12 +184,6 @@ impl<'a> Replay<'a> {
                 self.divisions += 1;
                 self.wait(own, u64::from(timing::division(dividend, divisor)));
             }
-            Event::FlashRead(address) => {
-                let block = self.levels.last().and_then(|level| level.last);
-                let own = block.and_then(|block| self.blocks[block].load);
-                let stall = self.flash.read_data(address / LINE, self.cycle);
-                self.stall(own, stall);
-            }
             Event::FlashControl(control) => {
                 if self.options.flash.is_none() {
                     self.flash.set(control);
@@ -265,11 +259,17 @@ impl<'a> Replay<'a> {
             level.stored = true;
             self.wait(None, timing::FLOATING_WORDS);
         }
-        for part in 0..self.blocks[index].parts.len() {
-            let part = self.blocks[index].parts[part];
+        let mut literals = 0;
+        for place in 0..self.blocks[index].parts.len() {
+            let part = self.blocks[index].parts[place];
             let stall = self.flash.fetch(part.line, self.cycle);
             let (instructions, cycles) = (part.instructions.into(), part.cycles.into());
             self.charge(part.stage, Cost { instructions, cycles, stalls: stall });
+            while let Some(&(_, line)) = self.blocks[index].literals.get(literals).filter(|(at, _)| *at == place) {
+                literals += 1;
+                let stall = self.flash.read_data(line, self.cycle);
+                self.charge(part.stage, Cost { stalls: stall, ..Cost::NONE });
+            }
         }
         Ok(())
     }
@@ -376,11 +376,6 @@ impl<'a> Replay<'a> {
     /// Cycles without an instruction.
     fn wait(&mut self, stage: Option<Stage>, cycles: u64) {
         self.charge(stage, Cost { cycles, ..Cost::NONE });
-    }
-
-    /// Cycles in which the core waits for the flash.
-    fn stall(&mut self, stage: Option<Stage>, stalls: u64) {
-        self.charge(stage, Cost { stalls, ..Cost::NONE });
     }
 
     fn charge(&mut self, own: Option<Stage>, cost: Cost) {

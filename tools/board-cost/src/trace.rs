@@ -29,8 +29,6 @@ pub enum Event {
     Return,
     /// Bits of the magnitudes of dividend and divisor.
     Division(u32, u32),
-    /// Data were read from this address in flash.
-    FlashRead(u32),
     /// The flash interface is set so.
     FlashControl(Control),
     /// A virtual millisecond has passed.
@@ -54,9 +52,8 @@ impl Event {
             1 => Self::Exception { number: lower, floating: upper & 1 != 0, chained: upper & 2 != 0 },
             2 => Self::Return,
             3 => Self::Division(upper, lower),
-            4 => Self::FlashRead(FLASH + 2 * lower),
-            5 => Self::FlashControl(Control::of(lower)),
-            6 => Self::Millisecond,
+            4 => Self::FlashControl(Control::of(lower)),
+            5 => Self::Millisecond,
             _ => Self::Boot,
         }
     }
@@ -96,9 +93,8 @@ mod tests {
         let entry = Event::Exception { number: 72, floating: true, chained: false };
         assert_eq!(Event::of(1 << 29 | 1 << 19 | 72), entry);
         assert_eq!(Event::of(3 << 29 | 32 << 19 | 5), Event::Division(32, 5));
-        assert_eq!(Event::of(4 << 29 | 8), Event::FlashRead(0x0800_0010));
-        assert_eq!(Event::of(5 << 29 | 0x705), Event::FlashControl(Control::of(0x705)));
-        assert_eq!([2, 6, 7].map(|kind| Event::of(kind << 29)), [Event::Return, Event::Millisecond, Event::Boot]);
+        assert_eq!(Event::of(4 << 29 | 0x705), Event::FlashControl(Control::of(0x705)));
+        assert_eq!([2, 5, 6].map(|kind| Event::of(kind << 29)), [Event::Return, Event::Millisecond, Event::Boot]);
     }
 
     /// Gives one byte at a time.
@@ -114,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_trace_in_pieces_is_whole_and_a_cut_one_is_refused() {
-        let bytes: Vec<u8> = [2_u32 << 29, 6 << 29].iter().flat_map(|word| word.to_le_bytes()).collect();
+        let bytes: Vec<u8> = [2_u32 << 29, 5 << 29].iter().flat_map(|word| word.to_le_bytes()).collect();
         let mut events = Vec::new();
         read(Slow(&bytes), |event| {
             events.push(event);

@@ -9,12 +9,11 @@
 //! | 1 | an exception is taken | 1: with a floating-point frame, 2: without stacking, after another handler | its number |
 //! | 2 | a handler returned to what it interrupted | | |
 //! | 3 | a division, in the block that began last | bits of the dividend's magnitude | bits of the divisor's magnitude |
-//! | 4 | data were read from flash, in the block that began last | | their address |
-//! | 5 | the control register of the flash interface, FLASH_ACR, has this value | | its value |
-//! | 6 | a virtual millisecond has passed | | |
-//! | 7 | the core starts after a reset | | |
+//! | 4 | the control register of the flash interface, FLASH_ACR, has this value | | its value |
+//! | 5 | a virtual millisecond has passed | | |
+//! | 6 | the core starts after a reset | | |
 //!
-//! An instruction whose condition does not hold is in its block all the same; a division whose condition does not hold has its word.
+//! An instruction whose condition does not hold is in its block all the same.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -40,8 +39,6 @@ pub(crate) enum Event {
     Return,
     /// Bits of the magnitudes of dividend and divisor.
     Division(u32, u32),
-    /// Data were read from this address in flash.
-    FlashRead(u32),
     /// FLASH_ACR has this value.
     FlashControl(u32),
     /// A virtual millisecond has passed.
@@ -62,10 +59,9 @@ impl Event {
             }
             Event::Return => word(2, 0, 0),
             Event::Division(dividend, divisor) => word(3, dividend, divisor),
-            Event::FlashRead(addr) => word(4, 0, half(addr)),
-            Event::FlashControl(value) => word(5, 0, value),
-            Event::Millisecond => word(6, 0, 0),
-            Event::Boot => word(7, 0, 0),
+            Event::FlashControl(value) => word(4, 0, value),
+            Event::Millisecond => word(5, 0, 0),
+            Event::Boot => word(6, 0, 0),
         }
     }
 }
@@ -141,8 +137,8 @@ mod tests {
         assert_eq!(Event::Exception { number: 72, floating: true, chained: false }.word(), 1 << 29 | 1 << 19 | 72);
         assert_eq!(Event::Exception { number: 35, floating: false, chained: true }.word(), 1 << 29 | 2 << 19 | 35);
         assert_eq!(Event::Division(32, 5).word(), 3 << 29 | 32 << 19 | 5);
-        assert_eq!(Event::FlashControl(0x705).word(), 5 << 29 | 0x705);
-        assert_eq!([Event::Return, Event::Millisecond, Event::Boot].map(Event::word), [2 << 29, 6 << 29, 7 << 29]);
+        assert_eq!(Event::FlashControl(0x705).word(), 4 << 29 | 0x705);
+        assert_eq!([Event::Return, Event::Millisecond, Event::Boot].map(Event::word), [2 << 29, 5 << 29, 6 << 29]);
     }
 
     #[test]

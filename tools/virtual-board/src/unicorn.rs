@@ -279,7 +279,8 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(())
     }
 
-    /// Hooks blocks, divisions and reads of flash for a trace. Every load of the program is slower then.
+    /// Hooks blocks and divisions for a trace. Not reads: with a hook of reads Unicorn 2.1.5 executes a program differently (a handler found the
+    /// interrupts masked).
     ///
     /// # Errors
     /// Unicorn refuses a hook.
@@ -309,15 +310,6 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 };
                 convert_error(self.uc.add_code_hook(at, at, hook), "hooking a division")?;
             }
-        }
-        for base in [0, FLASH] {
-            let trace = Rc::clone(trace);
-            let read = move |_: &mut Uc<'_>, _: MemType, addr: u64, _: usize, _: i64| {
-                trace.borrow_mut().note(Event::FlashRead(addr as u32));
-                true
-            };
-            let (begin, end) = (u64::from(base), u64::from(base + FLASH_SIZE - 1));
-            convert_error(self.uc.add_mem_hook(HookType::MEM_READ, begin, end, read), "hooking reads of flash")?;
         }
         Ok(())
     }
