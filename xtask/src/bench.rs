@@ -5,6 +5,7 @@
 //! Two programs give the numbers: `footfall gait-error` the error on the default recording, on the host; `step-cost` the instructions of
 //! a step, on the virtual board, which counts one cycle an instruction. None of them is a time: cycles need a chip.
 
+mod beside_c;
 mod board;
 mod page;
 

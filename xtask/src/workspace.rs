@@ -175,6 +175,12 @@ impl Workspace {
         one_program(Build { label: "step-cost", cargo, executables: &["step-cost"] })
     }
 
+    /// The program that steps networks in Rust and in C, for the board.
+    pub(crate) fn beside_c(&self) -> Result<PathBuf> {
+        let cargo = self.thumb_build("step-cost", &[])?;
+        one_program(Build { label: "beside-c", cargo, executables: &["beside-c"] })
+    }
+
     /// The program that plays changes of gait, for the board.
     pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
         let cargo = self.thumb_build("step-cost", &[])?;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
-use super::page;
+use super::{beside_c, page};
 use crate::board::{Board, Drive};
 use crate::setup::Need;
 use crate::shell;
@@ -23,6 +23,9 @@ pub(crate) struct Options {
     /// Virtual seconds of walking in each set-up
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3600))]
     secs: u64,
+    /// Only the comparison with C; the other numbers are those of docs/performance.json
+    #[arg(long, conflicts_with = "secs")]
+    only_c: bool,
     /// Write docs/performance.json and docs/performance.md
     #[arg(long)]
     write: bool,
@@ -116,7 +119,14 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
         folder: workspace.target_dir.join("bench"),
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
-    let result = measure(&programs, options.secs)?;
+    let beside_c = workspace.beside_c()?;
+    let mut result = if options.only_c {
+        let before = std::fs::read_to_string(page::JSON).with_context(|| format!("reading {}", page::JSON))?;
+        serde_json::from_str(&before).with_context(|| format!("reading {}", page::JSON))?
+    } else {
+        measure(&programs, options.secs)?
+    };
+    result["beside_c"] = beside_c::measure(&programs.virtual_board, &programs.board_cost, &beside_c, &programs.folder)?;
     let text = serde_json::to_string_pretty(&result).context("writing the result")? + "\n";
     if options.write {
         for (file, text) in [(page::JSON, &text), (page::PAGE, &page::page(&result)?)] {
@@ -206,7 +216,7 @@ impl Programs {
 }
 
 /// The row of a part.
-fn row<'a>(counted: &'a Value, part: &str) -> Result<&'a Value> {
+pub(super) fn row<'a>(counted: &'a Value, part: &str) -> Result<&'a Value> {
     let rows = counted["rows"].as_array().context("board-cost lists no parts")?;
     rows.iter().find(|row| row["part"] == part).with_context(|| format!("board-cost lists no part `{part}`"))
 }

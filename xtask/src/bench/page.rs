@@ -63,6 +63,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
             spread(&cost["cycles"])?
         );
     }
+    text += &beside_c(&result["beside_c"])?;
     text += "\n## Each part\n\nA row of the thread is a round of the telemetry task, 2 ms; one of an interrupt is a call of its handler; one of the control period is all\n\
              code in a millisecond.\n";
     for set_up in set_ups {
@@ -89,6 +90,44 @@ pub(super) fn page(result: &Value) -> Result<String> {
     let bytes = ["flash_bytes", "static_ram_bytes", "stack_bound_bytes", "stack_used_bytes", "stack_bytes"];
     let bytes = bytes.map(|key| image[key].to_string());
     let _ = writeln!(text, "| {} |", bytes.join(" | "));
+    Ok(text)
+}
+
+/// The networks beside C.
+fn beside_c(of: &Value) -> Result<String> {
+    let mut text = String::from("\n## Beside C\n\n");
+    let Some(networks) = of["networks"].as_array() else {
+        text += "There was no C compiler for the board (`arm-none-eabi-gcc`), so nothing is compared here.\n";
+        return Ok(text);
+    };
+    let _ = writeln!(
+        text,
+        "A Runge-Kutta step of the thesis' network and of R1, in Rust as in the image and in plain C of the same equations\n\
+         (`tests/step-cost/c/networks.c`: constants folded, time in half steps), by {}, `-O3`. Without contraction C has the order of\n\
+         operations of the Rust code; with it, the compiler fuses multiplications and additions. The functions take turns, so none finds its code in\n\
+         the cache of the flash; the table has instructions and modelled cycles, medians, and in brackets the cycles without waits for flash.\n",
+        name(&of["compiler"])?
+    );
+    text += "| network | Rust | C, `-ffp-contract=off` | C, contracted | steps in which C and Rust are equal bit for bit | largest difference of contracted C |\n|---|---|---|---|---|---|\n";
+    let cell = |row: &Value| -> Result<String> {
+        let median = |key: &str| row[key]["median"].as_u64().context("a median is missing");
+        let cycles = median("cycles")?;
+        Ok(format!("{}, {cycles} ({})", median("instructions")?, cycles - median("stalls")?))
+    };
+    for network in networks {
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} of {} | {} ppm of the amplitude |",
+            name(&network["name"])?,
+            cell(&network["rust"])?,
+            cell(&network["c"])?,
+            cell(&network["c_fused"])?,
+            network["equal"],
+            network["steps"],
+            network["fused_difference_1e9"].as_f64().context("a difference is missing")? / 1e3
+        );
+    }
+    text += "\nThe gate is not compared.\n";
     Ok(text)
 }
 
