@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::{Board, Ran};
-use footfall_tests::gestures::{ARM, STOP_TEST};
+use footfall_tests::gestures::{ARM, STOP_TEST, walk_options};
 use footfall_tests::people::Person;
 use footfall_tests::recordings::{default_trace, default_volts};
 use joint_loop::setup::default_loop::BoardLoop;
@@ -25,6 +25,7 @@ fn main() -> ExitCode {
         a_ripple_of_the_supply_stops_the_walk(Image),
         a_changed_register_is_a_fault(Image),
         without_a_brown_out_reset_the_board_does_not_arm(Image),
+        another_crystal_keeps_the_board_off(Image),
         a_state_of_some_milliseconds_is_in_the_log(Image),
     ])
 }
@@ -203,4 +204,25 @@ fn a_state_of_some_milliseconds_is_in_the_log() {
     }
     report!("shortest state in the log: arming for {shortest} ms");
     assert!((1..10).contains(&shortest), "no state as short as was meant: {shortest} ms");
+}
+
+/// Crystals of other boards, and others: the reason has the frequency, and nothing moves. One that is slow or fast by less walks; its error is found by
+/// nothing.
+fn another_crystal_keeps_the_board_off() {
+    let board = Board::find();
+    for hz in [4e6, 7.3728e6, 9.216e6, 12e6, 16e6, 25e6, 26e6] {
+        let ran = board.run(walk_options(2.0, &["--hse-hz", &hz.to_string()]));
+        assert!(ran.pulses.is_empty() && ran.boots.len() == 1, "{hz} Hz");
+        assert_eq!(ran.end.edges_before_arming, 0, "{hz} Hz");
+        let [refused] = &ran.boots[0].refused[..] else { panic!("{hz} Hz: {:?}", ran.boots[0].refused) };
+        report!("{hz} Hz: {}", refused.reason);
+        assert_eq!(refused.subject, Subject::Clock);
+        let words = refused.reason.strip_prefix("the clock HSE has ").and_then(|rest| rest.split_once(" MHz"));
+        let measured_hz = words.expect("a frequency").0.parse::<f64>().expect("a number") * 1e6;
+        assert!((measured_hz / hz - 1.0).abs() < 3e-3, "{hz} Hz: {}", refused.reason);
+    }
+    for hz in [7_990_000, 8_000_000] {
+        let ran = board.run(walk_options(2.0, &["--hse-hz", &hz.to_string()]));
+        assert!(!ran.pulses.is_empty(), "{hz} Hz");
+    }
 }

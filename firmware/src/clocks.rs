@@ -11,6 +11,9 @@ use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
 use embassy_stm32::time::Hertz;
 use firmware::board::{BOARD, Hse};
+use firmware::crystal::HseFault;
+
+use crate::crystal_timer;
 
 /// Clock of the timers on APB1 (TIM2 to TIM5), MHz.
 pub(crate) const APB1_TIMER_MHZ: u16 = 84;
@@ -41,16 +44,18 @@ const INTERRUPT_WORDS: usize = 3;
 /// Rounds of the wait for HSE: at least four cycles of the 16 MHz start-up clock each, so no less than 100 ms. Crystals take 2 ms.
 const HSE_ROUNDS: u32 = 400_000;
 
-/// HSE did not become ready.
-pub(crate) struct NoHse;
-
-/// Starts HSE and the clocks that are derived from it.
-pub(crate) fn start() -> Result<(), NoHse> {
+/// Starts HSE and the clocks that are derived from it. A crystal of another frequency is found before anything runs by it: every pulse and every
+/// period would be wrong by its ratio.
+pub(crate) fn start() -> Result<(), HseFault> {
     // HSE is started here, because the HAL waits for it without a limit and before a watchdog runs.
     RCC.cr().modify(|w| w.set_hsebyp(BOARD.hse == Hse::External));
     RCC.cr().modify(|w| w.set_hseon(true));
     if !(0..HSE_ROUNDS).any(|_| RCC.cr().read().hserdy()) {
-        return Err(NoHse);
+        return Err(HseFault::NotReady);
+    }
+    let measured = crystal_timer::measure();
+    if !measured.can_be(HSE_HZ) {
+        return Err(HseFault::Frequency { measured, nominal_hz: HSE_HZ });
     }
 
     let mut config = Config::default();

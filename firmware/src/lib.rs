@@ -1,6 +1,7 @@
 //! The part of the firmware that uses no register, so that host tests and tools can use it; the registers are in the program (`main.rs`).
 //!
 //! - [`board`]: pins, clock, supply and flash sectors of each board.
+//! - [`crystal`]: how the crystal is measured before the clock is started from it.
 //! - [`interrupts`]: which interrupts are enabled, with their priorities.
 //! - [`lamp`]: what the lamps show.
 //! - [`pacing`]: which control period a sample belongs to, how many were missed, what counts as late.
@@ -12,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod crystal;
 pub mod interrupts;
 pub mod lamp;
 pub mod last_outputs;

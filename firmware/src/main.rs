@@ -23,6 +23,7 @@
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
 mod clocks;
+mod crystal_timer;
 mod debugger;
 mod environment;
 mod faults;
@@ -52,6 +53,7 @@ mod boot {
     use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
     use firmware::board::BOARD;
+    use firmware::crystal::HseFault;
     use firmware::interrupts::{BLOCK_END, BREAK, EDGE, Enabled, TASK_CLOCK, TICK};
     use firmware::lamp::Shown;
     use firmware::pacing::Pacer;
@@ -227,7 +229,7 @@ mod boot {
     ///
     /// A function of its own, because the stack that it takes is free again afterwards.
     #[inline(never)]
-    fn build_loop(last_run: &LastRun, reference_cal: AdcCode, clock: Result<(), clocks::NoHse>) -> Built {
+    fn build_loop(last_run: &LastRun, reference_cal: AdcCode, clock: Result<(), HseFault>) -> Built {
         // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
         let loaded = parameters::read(&PARAMETERS);
         let boot = log::boot(last_run, reference_cal, loaded.as_ref().ok());
@@ -235,11 +237,8 @@ mod boot {
             Ok(loaded) => (loaded.parameters, loaded.unnamed),
             Err(error) => stay_off(error.subject(), error),
         };
-        if clock.is_err() {
-            stay_off(
-                Subject::Clock,
-                "the 8 MHz clock HSE did not start: check the crystal or its solder bridge, then reset",
-            );
+        if let Err(fault) = clock {
+            stay_off(Subject::Clock, fault);
         }
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);

@@ -1,4 +1,4 @@
-//! Keeps the paths of this computer out of what is built for the board.
+//! Keeps the paths of this computer out of what is built for the board: two checkouts in different folders make the same bytes.
 //!
 //! The compiler writes paths of source files into panics, log statements and debug information. Its option `--remap-path-prefix` replaces
 //! the beginning of each: the workspace becomes `.`, the registry's packages `registry`, Rust's library `rust`. The options are in the

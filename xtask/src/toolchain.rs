@@ -151,6 +151,8 @@ pub(crate) enum Toolchain {
 
 /// Debian's packages for the second method: one version of compiler, cargo and library source, and the linker.
 pub(crate) const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-22"];
+/// Its target folder, below that of the workspace.
+const DEBIAN_TARGET_DIR: &str = "thumb-debian";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_RUSTDOC: &str = "/usr/bin/rustdoc";
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
@@ -193,7 +195,15 @@ impl Toolchain {
             .map_err(MissingRequirement)?;
         let links = target_dir.join("tool-links");
         link_lld(&links)?;
-        Ok(Toolchain::Debian { target_dir: target_dir.join("thumb-debian"), links })
+        Ok(Toolchain::Debian { target_dir: target_dir.join(DEBIAN_TARGET_DIR), links })
+    }
+
+    /// Where it builds, below a workspace's target folder.
+    pub(crate) fn target_dir(&self, of_workspace: &Path) -> PathBuf {
+        match self {
+            Toolchain::Active => of_workspace.to_owned(),
+            Toolchain::Debian { .. } => of_workspace.join(DEBIAN_TARGET_DIR),
+        }
     }
 
     /// The toolchain in words, for the line that reports the choice.

@@ -145,6 +145,17 @@ impl Workspace {
         Ok(Programs { virtual_board, footfall, image: self.image(&firmware, &features)? })
     }
 
+    /// The firmware for a board from the source in another folder, with everything compiled there.
+    pub(crate) fn firmware_in(&self, root: &Path, board: Board) -> Result<PathBuf> {
+        let toolchain = self.toolchain()?;
+        let target_dir = root.join("target");
+        let mut build = self.firmware_build(&features(board, Drive::Servos))?;
+        let (name, flags) = build_paths::variable(root, &target_dir, &toolchain.library())?;
+        build.cargo.env(name, flags).env("CARGO_TARGET_DIR", toolchain.target_dir(&target_dir)).current_dir(root);
+        build.label = "firmware in another folder";
+        executable(build)
+    }
+
     fn firmware_build(&self, features: &str) -> Result<Build> {
         let cargo = self.thumb_build("firmware", &["--no-default-features", "--features", features])?;
         Ok(Build { label: "firmware", cargo, executables: &["firmware"] })

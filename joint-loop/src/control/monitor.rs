@@ -285,8 +285,11 @@ fn named(faults: BoardFaults) -> Option<Cause> {
         (BoardFaults::WATCHDOG, Cause::Watchdog),
     ];
     let rest = faults.without(BoardFaults::ADC_OVERRUN);
+    if rest.is_empty() {
+        return None;
+    }
     let found = in_order.into_iter().find(|(bit, _)| rest.contains(*bit)).map(|(_, cause)| cause);
-    if rest.is_empty() { None } else { Some(found.unwrap_or(Cause::Board)) }
+    Some(found.unwrap_or(Cause::Board))
 }
 
 #[cfg(test)]

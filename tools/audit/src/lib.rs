@@ -5,7 +5,7 @@
 //! - [`graph`]: which function can call which; [`indirect`] lists where the calls through a pointer go.
 //! - [`panics`]: whether a panic is reachable from the tick and from the handlers.
 //! - [`stack`]: a bound of the stack over all calls and interrupts.
-//! - [`paths`]: absolute paths in the loaded bytes.
+//! - [`paths`]: absolute paths in the loaded bytes; images compared by their loaded bytes.
 //! - [`unsafe_code`]: unsafe blocks of a crate.
 //! - [`ratchet`]: values that must not get worse than those in `ratchets.toml`; [`run`] has those of a run.
 #![forbid(unsafe_code)]

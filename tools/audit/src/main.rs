@@ -40,6 +40,13 @@ enum Task {
         #[arg(required = true)]
         elf: Vec<PathBuf>,
     },
+    /// Fail if two images do not load the same bytes
+    Same {
+        /// ELF file of an image
+        one: PathBuf,
+        /// ELF file of the other
+        other: PathBuf,
+    },
     /// Compare what the image, a run of it and the source need with ratchets.toml
     Ratchet {
         /// ELF file of the image
@@ -97,6 +104,10 @@ fn perform(task: Task) -> Result<()> {
                 ensure!(found.is_empty(), "{} has paths of this computer:\n  {}", elf.display(), found.join("\n  "));
                 println!("{}: no absolute path in the loaded bytes", elf.display());
             }
+        }
+        Task::Same { one, other } => {
+            let bytes = paths::same(&read(&one)?, &read(&other)?)?;
+            println!("the same {bytes} bytes");
         }
         Task::Ratchet { elf, run, root, write: _, reason } => ratchet(&elf, &run, &root, reason.as_deref())?,
     }

@@ -1,4 +1,6 @@
-//! Absolute paths in the bytes that are loaded.
+//! Absolute paths in the bytes that are loaded, and whether two images load the same.
+
+use anyhow::{Result, ensure};
 
 use crate::image::Image;
 
@@ -35,6 +37,30 @@ pub fn absolute(image: &Image, here: &str) -> Vec<String> {
     found
 }
 
+/// Checks that two images load the same bytes at the same addresses; returns how many.
+///
+/// # Errors
+///
+/// With the address of the first difference.
+pub fn same(one: &Image, other: &Image) -> Result<usize> {
+    let layout = |image: &Image| image.loaded.iter().map(|part| (part.address, part.bytes.len())).collect::<Vec<_>>();
+    let pairs = || one.loaded.iter().zip(&other.loaded);
+    let difference = pairs().find_map(|(one, other)| {
+        let offset = one.bytes.iter().zip(&other.bytes).position(|(one, other)| one != other)?;
+        Some(one.address + offset as u32)
+    });
+    if let Some(address) = difference {
+        anyhow::bail!("the loaded bytes differ first at {address:#010x}");
+    }
+    ensure!(
+        layout(one) == layout(other),
+        "the images load parts of other lengths: {:?}, {:?}",
+        layout(one),
+        layout(other)
+    );
+    Ok(one.loaded.iter().map(|part| part.bytes.len()).sum())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +81,13 @@ mod tests {
             found("./firmware/src/a.rs registry/embassy-1/src/b.rs m/s /rustc/59807616/library/core/src/c.rs")
                 .is_empty()
         );
+    }
+
+    #[test]
+    fn one_other_byte_is_named_by_its_address() {
+        assert_eq!(same(&image(b"abc"), &image(b"abc")).unwrap(), 3);
+        let error = same(&image(b"abc"), &image(b"abd")).unwrap_err().to_string();
+        assert!(error.contains("0x08000002"), "{error}");
+        assert!(same(&image(b"abc"), &image(b"abcd")).is_err());
     }
 }

@@ -137,6 +137,9 @@ struct Cli {
     /// The crystal does not start
     #[arg(long)]
     hse_dead: bool,
+    /// Frequency of the crystal, Hz
+    #[arg(long, value_name = "HZ", default_value_t = SocConfig::default().hse_hz, value_parser = clap::value_parser!(u32).range(1_000_000..=50_000_000))]
+    hse_hz: u32,
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
     #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "script", "save_flash", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
@@ -385,7 +388,8 @@ fn run(cli: &Cli) -> Result<u8> {
     /// BOR_LEV of a chip that `cargo xtask flash` has written: the highest level. The model's default is that of a chip as delivered: off.
     const BROWN_OUT_RESET_ON: u8 = 0;
     let bor_level = if cli.no_brown_out_reset { default.bor_level } else { BROWN_OUT_RESET_ON };
-    let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
+    let config =
+        SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, hse_hz: cli.hse_hz, bor_level, ..default };
     let options = RunOptions {
         secs: cli.secs,
         cpi: cli.cpi,

@@ -1,8 +1,10 @@
 //! Steps that measure the images and the source with the program `audit`.
 
-use anyhow::Result;
+use std::path::{Path, PathBuf};
 
-use super::state::{State, passed, tests};
+use anyhow::{Context, Result, bail};
+
+use super::state::{CannotRun, State, passed, tests};
 use crate::board::{Board, Drive};
 use crate::ratchet;
 use crate::shell;
@@ -18,6 +20,38 @@ pub(super) fn image_audit(state: &State) -> Result<String> {
         shell::must_succeed(shell::command(&audit).arg(task).args(&images), &format!("audit {task}"))?;
     }
     passed(state, tests(state, &["--profile", "host", "--package", "audit"], &[])?)
+}
+
+/// Builds a copy of the source in another folder, and compares the bytes that are loaded.
+pub(super) fn same_bytes(state: &State) -> Result<String> {
+    let audit = state.workspace.audit()?;
+    let here = state.image()?.to_owned();
+    let folder = std::env::temp_dir().join(format!("footfall-same-bytes-{}", std::process::id()));
+    let copied = copy_source(&folder).and_then(|()| state.workspace.firmware_in(&folder, Board::F4Discovery));
+    let compared = copied.and_then(|there| {
+        shell::must_succeed(shell::command(&audit).arg("paths").arg(&there), "audit paths")?;
+        shell::stdout_of(shell::command(&audit).arg("same").args([&here, &there]))
+    });
+    let _ = std::fs::remove_dir_all(&folder);
+    Ok(compared?.trim().to_owned())
+}
+
+/// Copies the files that git knows, and those that it would add.
+fn copy_source(to: &Path) -> Result<()> {
+    let listed = shell::stdout_of(shell::command("git").args(["ls-files", "-z", "-co", "--exclude-standard"]));
+    let listed = listed.map_err(|error| CannotRun(format!("git lists no files: {error:#}")))?;
+    let files: Vec<PathBuf> = listed.split('\0').filter(|name| !name.is_empty()).map(PathBuf::from).collect();
+    if files.is_empty() {
+        bail!("git lists no files");
+    }
+    // One that was removed and not committed is listed too.
+    for file in files.iter().filter(|file| file.is_file()) {
+        let copy = to.join(file);
+        let parent = copy.parent().context("a file without a folder")?;
+        std::fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
+        std::fs::copy(file, &copy).with_context(|| format!("copying to {}", copy.display()))?;
+    }
+    Ok(())
 }
 
 /// What the image, a run of it and the source need is not more than `ratchets.toml` allows; each of these numbers can fail.

@@ -20,7 +20,7 @@ use clap::builder::PossibleValuesParser;
 use crate::setup::{Need, Required};
 use crate::workspace::Workspace;
 use state::{CannotRun, State};
-use steps::{STEPS, Step};
+use steps::{BY_NAME, STEPS, Step};
 use summary::{Outcome, Row};
 
 /// Options of `cargo xtask test`.
@@ -39,7 +39,8 @@ pub(crate) struct Options {
 pub(crate) fn test(options: &Options) -> Result<ExitCode> {
     if options.list {
         for step in &STEPS {
-            println!("{:<14} {}", step.name, step.claim);
+            let by_name = if BY_NAME.contains(&step.name) { " (only with --only)" } else { "" };
+            println!("{:<14} {}{by_name}", step.name, step.claim);
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -68,9 +69,13 @@ pub(crate) fn test(options: &Options) -> Result<ExitCode> {
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// The steps that `--only` names, in their usual order; all without it.
+/// The steps that `--only` names, in their usual order; without it all but those that only it runs.
 fn selected(only: &[String]) -> Vec<&'static Step> {
-    STEPS.iter().filter(|step| only.is_empty() || only.iter().any(|name| name == step.name)).collect()
+    let is_selected = |step: &&Step| match only {
+        [] => !BY_NAME.contains(&step.name),
+        _ => only.iter().any(|name| name == step.name),
+    };
+    STEPS.iter().filter(is_selected).collect()
 }
 
 /// What the steps need and use, each once.
@@ -124,7 +129,8 @@ mod tests {
             selected(&only).iter().map(|step| step.name).collect()
         };
         assert_eq!(names(&["docs", "format"]), ["format", "docs"]);
-        assert_eq!(names(&[]).len(), STEPS.len());
+        assert_eq!(names(&[]).len(), STEPS.len() - BY_NAME.len());
+        assert_eq!(names(&BY_NAME), BY_NAME);
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 24] = [
+pub(super) const STEPS: [Step; 25] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -137,6 +137,13 @@ pub(super) const STEPS: [Step; 24] = [
         run: audits::image_audit,
     },
     Step {
+        name: "same-bytes",
+        claim: "a copy of the source in another folder makes the same image",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::same_bytes,
+    },
+    Step {
         name: "core-selftest",
         claim: "the virtual board's core passes its self-test",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
@@ -186,6 +193,9 @@ pub(super) const STEPS: [Step; 24] = [
         run: audits::ratchets,
     },
 ];
+
+/// Steps that only `--only` runs: they compile everything for the board once more.
+pub(super) const BY_NAME: [&str; 1] = ["same-bytes"];
 
 /// The same for the examples in the documentation, which cargo compiles while it runs them.
 fn doc_tests() -> Result<Counts> {

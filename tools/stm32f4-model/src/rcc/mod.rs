@@ -132,6 +132,12 @@ impl Rcc {
         self.csr & 1 != 0
     }
 
+    /// HSE_RTC: HSE after the prescaler RTCPRE, Hz; 0 where HSE is off, or the prescaler is 0 or 1, which is no clock (7.3.3).
+    pub(crate) fn hse_rtc_hz(&self) -> f64 {
+        let divider = self.cfgr >> 16 & 0x1F;
+        if self.cr & HSERDY != 0 && divider >= 2 { self.hse_hz / f64::from(divider) } else { 0.0 }
+    }
+
     fn update_lsi_ready(&mut self) {
         self.csr = (self.csr & !2) | u32::from(self.lsi_on() && self.lsi_works) << 1;
     }

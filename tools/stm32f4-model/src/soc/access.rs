@@ -164,7 +164,7 @@ impl Soc {
                     lints.push(LintKind::Misuse("the break is enabled (BDTR.BKE), but no pin is connected to BKIN"));
                 }
                 self.pass_signals(number, signals);
-                if self.timers[number].features.captures_lsi() {
+                if self.timers[number].features.measures.is_some() {
                     self.schedule_low_speed();
                 }
             }

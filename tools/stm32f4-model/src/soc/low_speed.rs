@@ -1,9 +1,28 @@
-//! What LSI clocks: the timeout of the watchdog, and the captures of TIM5.
+//! What LSI clocks: the timeout of the watchdog; and the timers that measure a clock by captures (RM0090 7.2.11).
 
 use super::Soc;
+use crate::oscillator::Oscillator;
 
-/// The timer whose channel 4 can capture LSI (RM0090 7.2.11).
-const MEASURING: usize = 5;
+/// A clock that a timer can measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Measured {
+    /// LSI, by channel 4 of TIM5.
+    Lsi,
+    /// HSE after the prescaler RTCPRE, by channel 1 of TIM11.
+    HseRtc,
+}
+
+/// The clocks, each with the timer that measures it.
+pub(super) const MEASURED: [(Measured, usize); 2] = [(Measured::Lsi, 5), (Measured::HseRtc, 11)];
+
+/// The next capture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Capture {
+    /// Periods of the measured clock until then.
+    periods: f64,
+    /// Its cycle.
+    at: u64,
+}
 
 impl Soc {
     /// Gives LSI another frequency from now on, Hz; 0 stops it. It stays also after a reset.
@@ -14,33 +33,58 @@ impl Soc {
         self.refresh();
     }
 
-    /// Computes the cycles of the next events that depend on LSI, after a change of any clock or of a register.
+    /// Computes the cycles of the next events that depend on a measured clock, after a change of any clock or of a register.
     pub(super) fn schedule_low_speed(&mut self) {
         let is_frozen = self.halted && self.dbgmcu.stops_watchdog();
         let deadline = self.iwdg.deadline.filter(|_| !is_frozen);
         self.watchdog_at = deadline.map_or(u64::MAX, |periods| self.time.cycle_at(self.lsi.time_of(periods)));
-        // 7.2.5: the watchdog forces LSI on.
-        let edges = self.timers[MEASURING].captured_edges().filter(|_| self.rcc.lsi_on() || self.iwdg.started());
-        self.capture = edges.map(|edges| {
-            let next = || self.lsi.periods(self.time.seconds(self.now)).floor() + f64::from(edges);
-            let periods = self.capture.map_or_else(next, |(periods, _)| periods);
-            (periods, self.time.cycle_at(self.lsi.time_of(periods)))
-        });
+        let seconds = self.time.seconds(self.now);
+        let hse_rtc_hz = self.rcc.hse_rtc_hz();
+        if self.hse_rtc.hz() != hse_rtc_hz {
+            self.hse_rtc.set(hse_rtc_hz, seconds);
+        }
+        for (index, (clock, timer)) in MEASURED.into_iter().enumerate() {
+            let oscillator = self.oscillator(clock);
+            let capture = self.timers[timer].captured_edges().filter(|_| self.is_on(clock)).map(|edges| {
+                let next = || oscillator.periods(seconds).floor() + f64::from(edges);
+                let periods = self.captures[index].map_or_else(next, |capture| capture.periods);
+                Capture { periods, at: self.time.cycle_at(oscillator.time_of(periods)) }
+            });
+            self.captures[index] = capture;
+        }
+    }
+
+    fn oscillator(&self, clock: Measured) -> &Oscillator {
+        match clock {
+            Measured::Lsi => &self.lsi,
+            Measured::HseRtc => &self.hse_rtc,
+        }
+    }
+
+    fn is_on(&self, clock: Measured) -> bool {
+        match clock {
+            // 7.2.5: the watchdog forces it on.
+            Measured::Lsi => self.rcc.lsi_on() || self.iwdg.started(),
+            Measured::HseRtc => self.hse_rtc.oscillates(),
+        }
     }
 
     /// Cycle of the next capture; `u64::MAX`: none.
     pub(super) fn capture_at(&self) -> u64 {
-        self.capture.map_or(u64::MAX, |(_, cycle)| cycle)
+        self.captures.iter().flatten().map(|capture| capture.at).min().unwrap_or(u64::MAX)
     }
 
-    /// Carries out the capture that is due.
+    /// Carries out the captures that are due.
     pub(super) fn capture(&mut self) {
         let now = self.now;
-        let signals = self.timers[MEASURING].run_to(now);
-        self.pass_signals(MEASURING, signals);
-        self.timers[MEASURING].capture();
-        if let (Some((periods, _)), Some(edges)) = (self.capture, self.timers[MEASURING].captured_edges()) {
-            self.capture = Some((periods + f64::from(edges), 0));
+        for (index, (_, timer)) in MEASURED.into_iter().enumerate() {
+            let Some(capture) = self.captures[index].filter(|capture| capture.at <= now) else { continue };
+            let signals = self.timers[timer].run_to(now);
+            self.pass_signals(timer, signals);
+            self.timers[timer].capture();
+            if let Some(edges) = self.timers[timer].captured_edges() {
+                self.captures[index] = Some(Capture { periods: capture.periods + f64::from(edges), at: u64::MAX });
+            }
         }
         self.schedule_low_speed();
     }

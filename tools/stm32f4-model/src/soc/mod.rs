@@ -4,7 +4,7 @@
 //! - `events`: order of events, triggers, conversions, transfers, watchdog.
 //! - `faults`: what a caller can break.
 //! - `clock_tree`: effects of RCC: clocks, resets, ratings.
-//! - `low_speed`: what LSI clocks: the watchdog, and the captures of TIM5.
+//! - `low_speed`: what the watchdog's clock drives, and the timers that measure a clock.
 //! - `pin_levels`: state of the pins.
 //! - `pins`: effects of pin levels on IDR, EXTI and break inputs.
 
@@ -30,7 +30,7 @@ use crate::flash::{Flash, FlashOperation};
 use crate::gpio::Gpio;
 use crate::iwdg::Iwdg;
 use crate::lint::{Lint, LintKind};
-use crate::lsi::Lsi;
+use crate::oscillator::Oscillator;
 use crate::pin::Pin;
 use crate::pwr::Pwr;
 use crate::rcc::Rcc;
@@ -39,6 +39,7 @@ use crate::supply::Supply;
 use crate::tim::{TIMERS, Timer};
 use crate::usart::{SERIAL_IN, Usart};
 
+use low_speed::{Capture, MEASURED};
 use pin_levels::Pins;
 
 /// Number of results kept for [`Soc::conversions`]; older ones are dropped.
@@ -89,7 +90,9 @@ pub struct Soc {
     halted: bool,
     syscfg: Syscfg,
     exti: Exti,
-    lsi: Lsi,
+    lsi: Oscillator,
+    /// HSE_RTC: the crystal after its prescaler.
+    hse_rtc: Oscillator,
     iwdg: Iwdg,
     gpio: [Gpio; 9],
     /// Index is the number of the timer; 0 is unused.
@@ -106,8 +109,8 @@ pub struct Soc {
     requests: Vec<DmaSource>,
     /// Cycle of the watchdog timeout; `u64::MAX`: not started.
     watchdog_at: u64,
-    /// LSI periods at the next capture of TIM5, and its cycle; `None`: it captures nothing.
-    capture: Option<(f64, u64)>,
+    /// The next capture of each measured clock; `None`: nothing is captured.
+    captures: [Option<Capture>; MEASURED.len()],
     reset_request: Option<ResetCause>,
     /// Cycle of the end of a flash operation, and of a reset by the supply; `u64::MAX`: none is scheduled.
     flash_at: u64,
@@ -146,7 +149,8 @@ impl Soc {
             halted: false,
             syscfg: Syscfg::default(),
             exti: Exti::default(),
-            lsi: Lsi::new(config.lsi_hz),
+            lsi: Oscillator::new(config.lsi_hz),
+            hse_rtc: Oscillator::new(0.0),
             iwdg: Iwdg::new(),
             gpio: std::array::from_fn(Gpio::new),
             timers: std::array::from_fn(|number| Timer::new(&TIMERS[number], 0)),
@@ -159,7 +163,7 @@ impl Soc {
             lines: [0; 3],
             requests: Vec::new(),
             watchdog_at: u64::MAX,
-            capture: None,
+            captures: [None; MEASURED.len()],
             reset_request: None,
             flash_at: u64::MAX,
             released_at: u64::MAX,
@@ -258,7 +262,7 @@ impl Soc {
         }
         self.halted = false;
         self.requests.clear();
-        self.capture = None;
+        self.captures = [None; MEASURED.len()];
         self.reset_request = None;
         self.apply_clock_tree();
         self.refresh();

@@ -1,10 +1,10 @@
 //! TIM1 to TIM14: edge-aligned up-counting, output compare and PWM, trigger output, break (RM0090 chapters 17 to 20).
 //!
-//! Not modelled, and recorded as lints when selected: down and centre-aligned counting, input capture other than that of LSI, slave modes,
+//! Not modelled, and recorded as lints when selected: down and centre-aligned counting, input capture other than that of a measured clock, slave modes,
 //! external clock, encoder, dead time, commutation preload, DMA bursts.
 //!
 //! - `bits`: bit masks of the registers.
-//! - `capture`: input capture of LSI.
+//! - `capture`: input capture of LSI and of the crystal.
 //! - `counter`: prescaler, period, repetition, preload registers.
 //! - `registers`: effects of reads and writes.
 //! - `output`: from the reference level of a channel to its pins, and the break.

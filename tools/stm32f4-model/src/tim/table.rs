@@ -9,6 +9,15 @@ pub(crate) struct Irqs {
     pub(crate) brk: u8,
 }
 
+/// A clock that a channel can capture instead of its pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Measures {
+    /// The channel, counted from 0.
+    pub(crate) channel: usize,
+    /// Value of the option register that connects the clock.
+    pub(crate) option: u32,
+}
+
 /// Features of one timer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TimerFeatures {
@@ -24,15 +33,20 @@ pub(crate) struct TimerFeatures {
     /// 0: APB1, 1: APB2.
     pub(crate) apb: usize,
     pub(crate) irqs: Irqs,
+    pub(crate) measures: Option<Measures>,
 }
 
 const fn basic(number: u8, top: u32, channels: u8, slave: bool, apb: usize, irq: u8) -> TimerFeatures {
     let irqs = Irqs { update: irq, compare: irq, trigger: irq, brk: irq };
-    TimerFeatures { number, top, channels, advanced: false, slave, apb, irqs }
+    TimerFeatures { number, top, channels, advanced: false, slave, apb, irqs, measures: None }
 }
 
 const fn advanced(number: u8, irqs: Irqs) -> TimerFeatures {
-    TimerFeatures { number, top: 0xFFFF, channels: 4, advanced: true, slave: true, apb: 1, irqs }
+    TimerFeatures { number, top: 0xFFFF, channels: 4, advanced: true, slave: true, apb: 1, irqs, measures: None }
+}
+
+const fn measuring(timer: TimerFeatures, channel: usize, option: u32) -> TimerFeatures {
+    TimerFeatures { measures: Some(Measures { channel, option }), ..timer }
 }
 
 /// The timers by number, 1 to 14; index 0 stays unused.
@@ -42,24 +56,21 @@ pub(crate) static TIMERS: [TimerFeatures; 15] = [
     basic(2, u32::MAX, 4, true, 0, 28),
     basic(3, 0xFFFF, 4, true, 0, 29),
     basic(4, 0xFFFF, 4, true, 0, 30),
-    basic(5, u32::MAX, 4, true, 0, 50),
+    // TI4_RMP (18.4.20): LSI.
+    measuring(basic(5, u32::MAX, 4, true, 0, 50), 3, 1 << 6),
     basic(6, 0xFFFF, 0, false, 0, 54),
     basic(7, 0xFFFF, 0, false, 0, 55),
     advanced(8, Irqs { update: 44, compare: 46, trigger: 45, brk: 43 }),
     basic(9, 0xFFFF, 2, true, 1, 24),
     basic(10, 0xFFFF, 1, false, 1, 25),
-    basic(11, 0xFFFF, 1, false, 1, 26),
+    // TI1_RMP (19.5.12): HSE_RTC.
+    measuring(basic(11, 0xFFFF, 1, false, 1, 26), 0, 2),
     basic(12, 0xFFFF, 2, true, 0, 43),
     basic(13, 0xFFFF, 1, false, 0, 44),
     basic(14, 0xFFFF, 1, false, 0, 45),
 ];
 
 impl TimerFeatures {
-    /// True where channel 4 can be connected to LSI (RM0090 18.4.20).
-    pub(crate) fn captures_lsi(&self) -> bool {
-        self.number == 5
-    }
-
     /// True where the register at an offset exists in this timer.
     pub(crate) fn has(&self, offset: u32) -> bool {
         match offset {

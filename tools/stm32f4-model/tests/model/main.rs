@@ -5,6 +5,7 @@ mod bench;
 mod break_input;
 mod bus;
 mod clocks;
+mod crystal;
 mod dma;
 mod exti;
 mod faults;

@@ -1,25 +1,30 @@
-//! LSI: the internal low-speed oscillator (RM0090 7.2.5). It clocks the watchdog, and channel 4 of TIM5 can measure it (7.2.11).
+//! A clock whose periods are counted: LSI (RM0090 7.2.5), and the crystal after its prescaler, HSE_RTC (7.2.8).
 //!
 //! Its users keep times in its periods, not in seconds, so that a frequency that changes acts on what is under way.
 
-/// The oscillator: the periods since power-on as a function of the time.
+/// The clock: the periods since power-on as a function of the time.
 #[derive(Debug, Clone)]
-pub(crate) struct Lsi {
+pub(crate) struct Oscillator {
     hz: f64,
     /// Time of the last change of the frequency, s, and the periods until then.
     changed_s: f64,
     periods: f64,
 }
 
-impl Lsi {
+impl Oscillator {
     /// An oscillator of this frequency, Hz; 0: it does not oscillate.
     pub(crate) fn new(hz: f64) -> Self {
-        Lsi { hz: valid(hz), changed_s: 0.0, periods: 0.0 }
+        Oscillator { hz: valid(hz), changed_s: 0.0, periods: 0.0 }
     }
 
-    /// Changes the frequency from now on.
+    /// Changes the frequency from now on, Hz.
     pub(crate) fn set(&mut self, hz: f64, seconds: f64) {
-        *self = Lsi { hz: valid(hz), changed_s: seconds, periods: self.periods(seconds) };
+        *self = Oscillator { hz: valid(hz), changed_s: seconds, periods: self.periods(seconds) };
+    }
+
+    /// Its frequency, Hz; 0: it does not oscillate.
+    pub(crate) fn hz(&self) -> f64 {
+        self.hz
     }
 
     pub(crate) fn oscillates(&self) -> bool {
@@ -48,20 +53,20 @@ mod tests {
 
     #[test]
     fn periods_go_on_from_where_a_change_finds_them() {
-        let mut lsi = Lsi::new(32_000.0);
-        assert_eq!((lsi.periods(0.5), lsi.time_of(16_000.0)), (16_000.0, 0.5));
-        lsi.set(10_000.0, 0.5);
-        assert_eq!((lsi.periods(0.6), lsi.time_of(17_000.0)), (17_000.0, 0.6));
-        lsi.set(0.0, 0.6);
-        assert_eq!((lsi.periods(9.0), lsi.time_of(17_001.0), lsi.oscillates()), (17_000.0, f64::INFINITY, false));
-        lsi.set(100_000.0, 9.0);
-        assert!((lsi.periods(9.1) - 27_000.0).abs() < 1e-6 && lsi.oscillates());
+        let mut clock = Oscillator::new(32_000.0);
+        assert_eq!((clock.periods(0.5), clock.time_of(16_000.0)), (16_000.0, 0.5));
+        clock.set(10_000.0, 0.5);
+        assert_eq!((clock.periods(0.6), clock.time_of(17_000.0)), (17_000.0, 0.6));
+        clock.set(0.0, 0.6);
+        assert_eq!((clock.periods(9.0), clock.time_of(17_001.0), clock.oscillates()), (17_000.0, f64::INFINITY, false));
+        clock.set(100_000.0, 9.0);
+        assert!((clock.periods(9.1) - 27_000.0).abs() < 1e-6 && clock.oscillates());
     }
 
     #[test]
     fn no_frequency_makes_an_infinite_count() {
         for hz in [-1.0, f64::NAN, f64::INFINITY] {
-            assert!(!Lsi::new(hz).oscillates(), "{hz}");
+            assert!(!Oscillator::new(hz).oscillates(), "{hz}");
         }
     }
 }
