@@ -189,7 +189,7 @@ struct Cli {
     /// Write the edges of a pin to a CSV file with the header time_s,level, for example PB5=sync.csv
     #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     record_edges: Vec<(Pin, PathBuf)>,
-    /// Write what the core executes to a file, block by block, for tools/board-cost: some 10 MB a virtual second
+    /// Write what the core executes to a file, block by block, for tools/board-cost: some 5 MB a virtual second
     #[arg(long, value_name = "FILE", conflicts_with = "campaign")]
     trace_execution: Option<PathBuf>,
     /// Model servos of this kind at the servo pins, and write the angles of the joints each 20 ms
