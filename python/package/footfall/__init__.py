@@ -14,12 +14,16 @@ from ._footfall import (
     Generator,
     JointLoop,
     Recording,
+    Servo,
     __version__,
     certify,
     fit,
     gaits,
     read,
     read_capture,
+    robot,
+    sensor_volts,
+    servos,
 )
 from ._results import Finding, Following, FollowStatus, Inputs, Motion, Outputs, Reason, Tick, Ticks
 
@@ -42,6 +46,7 @@ __all__ = [
     "Reason",
     "Recording",
     "RecordingWarning",
+    "Servo",
     "Tick",
     "Ticks",
     "__version__",
@@ -50,4 +55,7 @@ __all__ = [
     "gaits",
     "read",
     "read_capture",
+    "robot",
+    "sensor_volts",
+    "servos",
 ]
