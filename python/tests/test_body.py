@@ -71,7 +71,8 @@ def test_a_hanging_shank_swings_with_the_period_of_a_pendulum() -> None:
 
 
 def test_a_dropped_body_falls_freely_and_then_weighs_what_it_weighs() -> None:
-    model = compiled(mjcf(DESK, "boom", LIMITS, friction_nm=5.0))
+    # Rotors so heavy that the joints stand.
+    model = compiled(mjcf(DESK, "boom", LIMITS, rotor_kg_m2=1e4))
     data = mujoco.MjData(model)
     place = model.joint("z").qposadr[0]
     data.qpos[place] = 0.02
@@ -89,22 +90,30 @@ def test_a_dropped_body_falls_freely_and_then_weighs_what_it_weighs() -> None:
     assert -0.001 < data.qpos[place] < 0.0005, "a millimetre of the contact's softness at most"
 
 
-def test_energy_and_momentum_of_a_passive_body_in_flight_stay() -> None:
-    model, data = passive("free", contact=False)
-    # Small motions, so that no end stop is reached in half a second.
+def drift(step_s: float) -> Tuple[float, float, float, float]:
+    """Of a passive body that floats without gravity for 0.4 s: changes of energy (J), momentum (kg m/s) and spin (kg m^2/s), and its energy (J)."""
+    model, data = passive("free", contact=False, step_s=step_s)
+    # Gravity would add the integrator's error of a free fall, which the dropped body shows.
+    model.opt.gravity[:] = 0.0
+    # Motions in which no end stop is reached.
     data.qpos[model.joint("left_hip").qposadr[0]], data.qpos[model.joint("right_knee").qposadr[0]] = 0.3, 0.8
-    data.qvel[:] = [0.5, 1.0, 0.4, -0.6, 0.5, 0.3, 0.2][: model.nv]
+    data.qvel[:] = [0.5, 1.0, 0.4, -0.6, 0.5, 0.3, 0.2]
     before = energy(model, data)
     mujoco.mj_subtreeVel(model, data)
-    momentum, spin = data.subtree_linvel[0].copy() * 1.2, data.subtree_angmom[0].copy()
-    for _ in range(400):
+    momentum, spin = data.subtree_linvel[0].copy() * 1.2, float(data.subtree_angmom[0][1])
+    for _ in range(round(0.4 / step_s)):
         mujoco.mj_step(model, data)
-    drift = abs(energy(model, data) - before)
+    after = energy(model, data)
     mujoco.mj_subtreeVel(model, data)
-    kinetic = 0.5 * 1.2 * (0.5**2 + 1.0**2)
-    assert drift < 0.01 * kinetic, drift
-    np.testing.assert_allclose(data.subtree_linvel[0] * 1.2, momentum - [0.0, 0.0, 1.2 * GRAVITY_M_S2 * 0.4], atol=5e-4)
-    assert data.subtree_angmom[0][1] == pytest.approx(spin[1], abs=1e-4)
+    lost = np.abs(data.subtree_linvel[0] * 1.2 - momentum).max()
+    return abs(after - before), float(lost), abs(float(data.subtree_angmom[0][1]) - spin), before
+
+
+def test_energy_and_momentum_of_a_passive_body_that_floats_stay() -> None:
+    lost_j, momentum, spin, whole_j = drift(0.001)
+    assert lost_j < 1e-4 * whole_j and momentum < 1e-4 and spin < 1e-5, (lost_j, momentum, spin, whole_j)
+    # What is lost is the integrator's: half of the step loses half of it.
+    assert drift(0.0005)[0] == pytest.approx(lost_j / 2.0, rel=0.1)
 
 
 def test_the_arc_rolls_without_slipping() -> None:
@@ -157,8 +166,8 @@ def test_on_the_boom_the_default_walk_walks() -> None:
 
 
 def test_half_the_step_walks_as_far() -> None:
-    _, whole = walk("boom", 5.0)
-    _, half = walk("boom", 5.0, step_s=0.0005)
+    _, whole = walk("boom", 4.0)
+    _, half = walk("boom", 4.0, step_s=0.0005)
     assert half["metres"] == pytest.approx(whole["metres"], rel=0.015)
 
 

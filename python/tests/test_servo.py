@@ -59,4 +59,4 @@ def test_volts_are_those_of_the_sensor_file(samples: Path) -> None:
     # Points of samples/sensor.toml.
     volts = footfall.sensor_volts(np.radians([-40.0, 0.0, 60.0, 130.0, 170.0]), calibration=samples / "sensor.toml")
     np.testing.assert_allclose(volts, [0.35, 0.9452, 1.7756, 2.65, 2.65], atol=1e-5)
-    assert np.all(np.diff(footfall.sensor_volts(np.radians(np.arange(-10.0, 90.0)))) != 0.0)
+    assert np.all(np.diff(footfall.sensor_volts(np.radians(np.arange(-10.0, 80.0)))) > 0.0)
