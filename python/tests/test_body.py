@@ -125,6 +125,19 @@ def test_the_arc_rolls_without_slipping() -> None:
     assert length == pytest.approx(DESK.foot.length_m, rel=1e-3)
 
 
+@pytest.mark.parametrize("rig", ["boom", "free"])
+def test_way_and_height_are_along_the_floor_whatever_the_lean(rig: str) -> None:
+    one = body.Body(DESK, rig, variation=body.Variation(pitch_deg=20.0))
+    x, z, lean = one.trunk()
+    start = one.data.body("trunk").xpos.copy()
+    assert lean == pytest.approx(math.radians(20.0)) and start[2] == pytest.approx(DESK.hip_m + z)
+    for tick in range(100):
+        one.step(tick / 1000.0)
+    mujoco.mj_forward(one.model, one.data)
+    moved = one.data.body("trunk").xpos - start
+    assert moved[[0, 2]] == pytest.approx([one.trunk()[0] - x, one.trunk()[1] - z], abs=1e-12) and moved[2] < -0.0005
+
+
 def walk(rig: str, seconds: float, *, seed: int = 0, kind: str = "standard", robot: Any = DESK, **options: Any) -> Tuple[Any, Dict[str, Any]]:
     """A run with the control loop of the boards and the default walk."""
     one = body.Body(robot, rig, variation=body.variation(seed, kind), **options)

@@ -25,14 +25,14 @@ _SAG_M = 0.00005
 #: Mechanical end stops of the joints, beyond the robot's range, rad.
 _STOP_RAD = math.radians(5.0)
 
-#: Degrees of freedom of the trunk on each rig.
-_TRUNK = {
-    "hung": "",
-    "boom": '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>',
-    "free": (
-        '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/><joint name="pitch" type="hinge" axis="0 1 0"/>'
-    ),
-}
+
+def _trunk(rig: str, lean: float) -> str:
+    """The degrees of freedom of the trunk. Axes are those of the leaning trunk, so they are turned back: the floor's, whatever the lean (rad)."""
+    if rig == "hung":
+        return ""
+    cos, sin = math.cos(lean), math.sin(lean)
+    slides = f'<joint name="x" type="slide" axis="{cos!r} 0 {sin!r}"/><joint name="z" type="slide" axis="{-sin!r} 0 {cos!r}"/>'
+    return slides + ('<joint name="pitch" type="hinge" axis="0 1 0"/>' if rig == "free" else "")
 
 
 def _inertial(mass: float, x: float, z: float, inertia: float) -> str:
@@ -113,7 +113,7 @@ def mjcf(
 <option timestep="{step_s!r}" gravity="{gravity}" integrator="implicitfast" cone="elliptic" jacobian="dense" solver="Newton" iterations="100" tolerance="1e-10"/>
 <default><geom friction="{friction!r} 0.005 0.0001" solref="0.01 1" contype="1" conaffinity="2" condim="3"/></default>
 <worldbody>{floor}
-<body name="trunk" pos="0 0 {height!r}" euler="0 {lean!r} 0">{_TRUNK[rig]}{trunk}{leg("left", _APART_M)}{leg("right", -_APART_M)}</body>
+<body name="trunk" pos="0 0 {height!r}" euler="0 {lean!r} 0">{_trunk(rig, lean)}{trunk}{leg("left", _APART_M)}{leg("right", -_APART_M)}</body>
 </worldbody></mujoco>"""
 
 

@@ -118,6 +118,7 @@ class Body:
         self._feet = [self.model.body(f"{side}_shank").id for side in ("left", "right")]
         self._trunk = {name: self.model.joint(name).qposadr[0] for name in ("x", "z", "pitch") if rig != "hung" and (name != "pitch" or rig == "free")}
         pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
+        self._held_lean = 0.0 if rig == "free" else math.radians(variation.pitch_deg)
         self._stand(pose, math.radians(variation.pitch_deg))
 
     def _stand(self, pose: Sequence[float], pitch: float) -> None:
@@ -174,7 +175,7 @@ class Body:
     def trunk(self) -> Tuple[float, float, float]:
         """Way forwards (m), height of the hip over that of a straight leg (m), lean forwards (rad)."""
         at = {name: float(self.data.qpos[place]) for name, place in self._trunk.items()}
-        return at.get("x", 0.0), at.get("z", 0.0), at.get("pitch", 0.0)
+        return at.get("x", 0.0), at.get("z", 0.0), at.get("pitch", self._held_lean)
 
 
 def run(
