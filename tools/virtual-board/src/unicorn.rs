@@ -25,7 +25,7 @@ use crate::nvic::Masks;
 /// Start address of flash.
 pub(crate) const FLASH: u32 = 0x0800_0000;
 /// Size of the largest flash of the modelled chips, bytes.
-const FLASH_SIZE: u32 = 0x10_0000;
+pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
 /// Start and size in bytes of the RAM regions: SRAM, and the core-coupled memory.
 const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
 
@@ -300,11 +300,12 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         let blocks = Rc::clone(trace);
         self.replace_block_hook(move |uc, addr, size| {
             let mut machine = machine.borrow_mut();
-            if machine.before_block(|| read_masks(uc)) {
+            let instructions = counts.instructions(addr as u32, size);
+            if machine.before_block(instructions, || read_masks(uc)) {
                 hook_results.stop.set(Some(Stop::Requested));
                 let _ = uc.emu_stop();
             } else {
-                machine.charge(addr as u32, counts.instructions(addr as u32, size));
+                machine.charge(addr as u32, instructions);
                 blocks.borrow_mut().note(Event::Block(addr as u32, size));
             }
         })?;
