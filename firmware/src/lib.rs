@@ -2,6 +2,7 @@
 //!
 //! - [`board`]: pins, clock, supply and flash sectors of each board.
 //! - [`crystal`]: how the crystal is measured before the clock is started from it.
+//! - [`frame_phase`]: whether the servo frames keep their distance from the clock.
 //! - [`interrupts`]: which interrupts are enabled, with their priorities.
 //! - [`lamp`]: what the lamps show.
 //! - [`pacing`]: which control period a sample belongs to, how many were missed, what counts as late.
@@ -14,6 +15,7 @@
 
 pub mod board;
 pub mod crystal;
+pub mod frame_phase;
 pub mod interrupts;
 pub mod lamp;
 pub mod last_outputs;

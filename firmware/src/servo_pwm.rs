@@ -22,17 +22,16 @@ use embassy_stm32::pac::timer::regs::{BdtrAdv, CcerAdv, CcmrOutputGp16, Cr1Gp16,
 use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
 use firmware::board::BOARD;
+use firmware::frame_phase::{FRAME_US, FramePhase};
 use firmware::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
 use crate::pins::PinRegisters;
-use crate::{kept_outputs, servo_rail};
+use crate::{kept_outputs, servo_rail, stopwatch};
 
-/// Servo frame, us: 50 Hz.
-const FRAME_US: u16 = 20_000;
 /// The same in ticks, and one more: a frame has started in any span so long.
-const FRAME_TICKS: u8 = (FRAME_US as u32 / PERIOD_US) as u8 + 1;
+const FRAME_TICKS: u8 = (FRAME_US / PERIOD_US) as u8 + 1;
 
 /// Longest pulse, us: a limit of the hardware layer; the gate in joint-loop limits the pulse first.
 const LONGEST_US: u16 = 2_500;
@@ -47,6 +46,9 @@ pub(crate) const TRIGGER_PHASE_US: u32 = 340;
 /// Rounds of the wait for the end of a pulse in [`outputs_off`]: at least five cycles of the processor each, so no less than 2.9 ms at 168 MHz. It ends
 /// sooner by the timer; the rounds bound it if the timer stands still.
 const END_ROUNDS: u32 = 100_000;
+
+/// The last count of a frame.
+const RELOAD: u16 = (FRAME_US - 1) as u16;
 
 const TIM1_FUNCTION: u8 = 1;
 
@@ -152,6 +154,7 @@ pub(crate) struct Outputs {
     released: u8,
     /// The widths that were last written.
     widths: [PulseMicros; 4],
+    phase: FramePhase,
 }
 
 impl Outputs {
@@ -160,7 +163,7 @@ impl Outputs {
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
         clocks::settle();
         TIM1.psc().write_value(APB2_TIMER_MHZ - 1);
-        TIM1.arr().write(|w| w.set_arr(FRAME_US - 1));
+        TIM1.arr().write(|w| w.set_arr(RELOAD));
         TIM1.cr1().write_value(counting(false));
         (0..2).for_each(|half| TIM1.ccmr_output(half).write_value(buffered_pwm()));
         set_widths(NO_PULSES);
@@ -178,7 +181,7 @@ impl Outputs {
         interrupt::TIM1_BRK_TIM9.set_priority(priority);
         // SAFETY: the handler uses nothing that is set up later, and nothing masks this interrupt by itself.
         unsafe { interrupt::TIM1_BRK_TIM9.enable() };
-        Self { driving: false, released: FRAME_TICKS, widths: NO_PULSES }
+        Self { driving: false, released: FRAME_TICKS, widths: NO_PULSES, phase: FramePhase::default() }
     }
 
     /// Outputs these widths from the next frame on.
@@ -238,8 +241,8 @@ impl Outputs {
     }
 
     /// Whether everything that shapes a pulse is as written: the timer's registers, the widths, the functions of the pins, and the servo-rail
-    /// enable; and the outputs are on exactly when they should be.
-    pub(crate) fn as_written(&self) -> bool {
+    /// enable; the outputs are on exactly when they should be, and the servo frames keep their distance from the ticks.
+    pub(crate) fn as_written(&mut self) -> bool {
         let bdtr = TIM1.bdtr().read();
         let mut off = bdtr;
         off.set_moe(false);
@@ -247,7 +250,7 @@ impl Outputs {
             && TIM1.cr2().read().0 == 0
             && TIM1.smcr().read().0 == 0
             && TIM1.psc().read() == APB2_TIMER_MHZ - 1
-            && TIM1.arr().read().arr() == FRAME_US - 1
+            && TIM1.arr().read().arr() == RELOAD
             && TIM1.rcr().read().0 == 0
             && TIM1.ccer().read() == outputs_enabled()
             // One by one: in a loop over both the compiler keeps the range check of the index.
@@ -262,7 +265,14 @@ impl Outputs {
             && off == dark()
             && bdtr.moe() == self.driving
             && (!bdtr.moe() || TIM1.dier().read().bie())
-            && servo_rail::is_as_set(self.driving)
+            && servo_rail::is_as_set(self.driving, self.driving && self.released == 0)
+            && self.frames_are_in_phase()
+    }
+
+    /// Compares the frames with the clock of the microseconds; again if an interrupt came between the two reads.
+    fn frames_are_in_phase(&mut self) -> bool {
+        const READS: u32 = 2;
+        (0..READS).any(|_| self.phase.is_kept(stopwatch::now_us(), frame_us()))
     }
 
     fn set_widths(&mut self, widths: [PulseMicros; 4]) {

@@ -19,9 +19,10 @@ pub(crate) fn on() {
     BOARD.servo_rail.set(true);
 }
 
-/// Whether the pin is an output, and set high only if it may be.
-pub(crate) fn is_as_set(may_be_on: bool) -> bool {
-    BOARD.servo_rail.has_mode(Moder::OUTPUT) && (may_be_on || !BOARD.servo_rail.is_set())
+/// Whether the pin is an output, set high only if it may be, and high if it must be.
+pub(crate) fn is_as_set(may_be_on: bool, must_be_on: bool) -> bool {
+    let is_on = BOARD.servo_rail.is_set();
+    BOARD.servo_rail.has_mode(Moder::OUTPUT) && (may_be_on || !is_on) && (is_on || !must_be_on)
 }
 
 /// Switches the servos' supply off; from any context.

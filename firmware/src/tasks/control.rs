@@ -120,13 +120,13 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         return;
     }
 
-    // Read the hardware first: it may have switched the outputs off already.
+    // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
-    if control.outputs.take_break() {
-        faults = faults.with(BoardFaults::BREAK_INPUT);
-    }
     if !control.outputs.as_written() || !clocks::is_as_started() {
         faults = faults.with(BoardFaults::OUTPUTS);
+    }
+    if control.outputs.take_break() {
+        faults = faults.with(BoardFaults::BREAK_INPUT);
     }
     let start_us = since(stopwatch::now_us(), measured.triggered_us);
     let sample = Sample {
