@@ -148,7 +148,7 @@ impl Soc {
         match offset {
             0x10 | 0x14 | 0x18 => Some(self.config.unique_id[(offset as usize - 0x10) / 4]),
             // The size is the upper half of the word.
-            0x20 => Some(self.config.chip.flash_bytes() / 1024 << 16),
+            0x20 => Some((self.config.chip.flash_bytes() / 1024) << 16),
             // VREFINT_CAL and, above it, the temperature sensor at 30 and 110 degrees.
             0x28 => Some(u32::from(self.config.vrefint_cal()) << 16),
             0x2C => Some(temperature(30.0) | temperature(110.0) << 16),
