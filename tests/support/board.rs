@@ -4,6 +4,7 @@
 //! [`test_suite::Need::Image`], [`test_suite::Need::ShadowImage`] or [`test_suite::Need::BlackPillImage`].
 
 use crate::gestures;
+use crate::lockstep::Conversation;
 use firmware::board::ROBOT_SECTOR;
 use footfall::board::host_copy::begin;
 use footfall::board::image::{Image, Message};
@@ -258,6 +259,25 @@ impl Board {
         })
     }
 
+    /// Runs the image step by step, as `talk` asks. The board ends when `talk` does, unless `talk` has ended the conversation.
+    ///
+    /// # Panics
+    /// As [`Board::run`], or `talk` panics.
+    #[must_use]
+    pub fn converse<A: AsRef<OsStr>>(
+        &self,
+        options: impl IntoIterator<Item = A>,
+        talk: impl FnOnce(&mut Conversation),
+    ) -> Ran {
+        let options = options.into_iter().map(|option| option.as_ref().to_owned()).chain(["--lockstep".into()]);
+        self.run_beside(&with_generator(&GeneratorConfig::default_walk()), options.collect::<Vec<_>>(), |mut child| {
+            let mut conversation =
+                Conversation::new(child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+            talk(&mut conversation);
+            (conversation.finish(), child.wait().expect("the board ends").code())
+        })
+    }
+
     fn run_beside<A: AsRef<OsStr>>(
         &self,
         parameters: &Parameters,
@@ -274,7 +294,8 @@ impl Board {
         // A board does not arm before its emergency stop was tested.
         let has_stop = options.iter().any(|option| {
             let option = option.to_string_lossy();
-            option.starts_with("--emergency-stop") || option.contains("PB12")
+            // A program that steps the board presses it itself.
+            option.starts_with("--emergency-stop") || option.contains("PB12") || option == "--lockstep"
         });
         let violates = options.iter().any(|option| option == "--violates");
         let stop = ["--emergency-stop", gestures::STOP_TEST];

@@ -13,10 +13,13 @@ mod campaign;
 mod console;
 mod cpu;
 mod exception;
+mod execution_trace;
 mod fault;
+mod feed;
 mod inject;
 mod judge;
 mod loader;
+mod lockstep;
 mod modelled_board;
 mod nvic;
 mod pin_name;
@@ -33,6 +36,7 @@ mod semihosting;
 mod serial;
 mod servos;
 mod systick;
+mod tables;
 mod unicorn;
 mod waveform;
 
@@ -52,14 +56,16 @@ use crate::exception::OmittedParts;
 use crate::inject::{FrequencyAt, Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::judge::Joint;
 use crate::loader::ProgramImage;
+use crate::lockstep::Requests;
 use crate::modelled_board::ModelledBoard;
-use crate::plant::{BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
+use crate::plant::{BoardPlant, ButtonPress, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
 use crate::script::{HIGHEST_LSI_HZ, Script};
 use crate::serial::SerialPort;
 use crate::servos::Servos;
+use crate::tables::{LevelTable, VoltageTable};
 
 /// Runs an ELF for the STM32F407 or the STM32F411 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
 /// input.
@@ -181,6 +187,9 @@ struct Cli {
     /// Cycles per instruction, 0.1 to 100
     #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
+    /// A program steps the board: it reads requests on standard input, one JSON object a line, and answers each; docs/lockstep.md
+    #[arg(long, conflicts_with_all = ["secs", "volts", "pace", "campaign", "self_test_exit"])]
+    lockstep: bool,
     /// Make a pseudo-terminal that is the host's end of the serial port USART2; its name is in a line of the output
     #[arg(long)]
     serial: bool,
@@ -193,6 +202,9 @@ struct Cli {
     /// Write the edges of a pin to a CSV file with the header time_s,level, for example PB5=sync.csv
     #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     record_edges: Vec<(Pin, PathBuf)>,
+    /// Write what the core executes to a file, block by block, for tools/board-cost: some 5 MB a virtual second
+    #[arg(long, value_name = "FILE", conflicts_with = "campaign")]
+    trace_execution: Option<PathBuf>,
     /// Model servos of this kind at the servo pins, and write the angles of the joints each 20 ms
     #[arg(long, value_name = "KIND", conflicts_with = "campaign")]
     servo: Option<ServoKind>,
@@ -446,13 +458,20 @@ fn run(cli: &Cli) -> Result<u8> {
     }
     let report = ReportWriter::new(BufWriter::new(stdout()));
     let serial = cli.serial.then(SerialPort::open).transpose()?;
-    let mut run =
-        BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?;
+    // The requests come on standard input.
+    let console = if cli.lockstep { Console::closed() } else { Console::open()? };
+    let mut run = BoardRun::new(&image, config, plant, injections, recorder, console, serial, report, options)?;
     run.servos = servos;
+    if cli.lockstep {
+        run.follow_requests(Requests::new(std::io::stdin().lock()));
+    }
     if let Some(script) = &script {
         run.follow(script)?;
     }
     run.save_flash(&cli.save_flash)?;
+    if let Some(path) = &cli.trace_execution {
+        run.trace_execution(path)?;
+    }
     run.run()
 }
 
@@ -525,6 +544,10 @@ mod tests {
             (&["fw.elf", "--violates", ""], "--violates"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
+            (&["fw.elf", "--lockstep", "--volts", "a.csv"], "cannot be used with"),
+            (&["fw.elf", "--lockstep", "--secs", "1"], "cannot be used with"),
+            (&["fw.elf", "--lockstep", "--pace"], "cannot be used with"),
+            (&["fw.elf", "--lockstep", "--campaign", "a.toml"], "cannot be used with"),
             (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),
             (&[], "ELF"),
         ] {

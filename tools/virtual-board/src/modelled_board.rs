@@ -33,6 +33,8 @@ pub(crate) struct Wiring {
     pub(crate) pressed: bool,
     /// The released button leaves its pin open, to the pull of the chip; otherwise the board holds the other level.
     pub(crate) open: bool,
+    /// The lamps.
+    pub(crate) lamps: &'static [Pin],
 }
 
 const fn pin(port: char, number: u8) -> Pin {
@@ -49,6 +51,8 @@ const DISCOVERY: Wiring = Wiring {
     button: pin('A', 0),
     pressed: true,
     open: false,
+    // Green, orange, red, blue (UM1472, 6.3).
+    lamps: &[pin('D', 12), pin('D', 13), pin('D', 14), pin('D', 15)],
 };
 
 /// The key connects PA0 with ground, without a resistor.
@@ -58,6 +62,7 @@ const BLACK_PILL: Wiring = Wiring {
     button: pin('A', 0),
     pressed: false,
     open: true,
+    lamps: &[pin('C', 13)],
 };
 
 impl Default for Wiring {

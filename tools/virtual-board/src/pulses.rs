@@ -96,6 +96,8 @@ pub(crate) struct Pulses {
     /// Pins whose edges are recorded, and the recorded edges.
     watched: Vec<Pin>,
     kept: Vec<PinEdge>,
+    /// The edges of the lamps, if they are recorded.
+    lamps: Option<Vec<PinEdge>>,
     periods: Vec<PulsePeriod>,
     activity: Vec<TimedOutputChange>,
 }
@@ -119,6 +121,16 @@ impl Pulses {
     /// The edges of watched pins since the last call, in the order of time.
     pub(crate) fn take_edges(&mut self) -> Vec<PinEdge> {
         std::mem::take(&mut self.kept)
+    }
+
+    /// Starts recording the edges of the lamps.
+    pub(crate) fn record_lamps(&mut self) {
+        self.lamps = Some(Vec::new());
+    }
+
+    /// The edges of the lamps since the last call, in the order of time.
+    pub(crate) fn take_lamps(&mut self) -> Vec<PinEdge> {
+        self.lamps.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Sets the state of the main output enable.
@@ -194,6 +206,9 @@ impl Pulses {
         if self.watched.contains(&pin) {
             self.kept.push(PinEdge { pin, seconds, level });
         }
+        if let Some(lamps) = self.lamps.as_mut().filter(|_| self.wiring.lamps.contains(&pin)) {
+            lamps.push(PinEdge { pin, seconds, level });
+        }
         if pin == self.wiring.rail {
             self.rail = level;
             self.note(seconds, OutputChange::Rail(level));
@@ -257,6 +272,7 @@ mod tests {
     use super::*;
 
     const SERVOS: [Pin; 4] = crate::modelled_board::ModelledBoard::F4Discovery.wiring().servos;
+    const LAMP: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().lamps[2];
     const RAIL: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().rail;
 
     fn pulse(pulses: &mut Pulses, at: f64, us: [f64; 4]) {
@@ -340,6 +356,18 @@ mod tests {
             (3, 2),
             "a rising edge is not an effect of the reset"
         );
+    }
+
+    #[test]
+    fn lamps_are_recorded_apart() {
+        let mut pulses = Pulses::default();
+        pulses.edge(LAMP, true, 0.5);
+        assert_eq!(pulses.take_lamps(), [], "not recorded");
+        pulses.record_lamps();
+        pulses.edge(LAMP, false, 1.5);
+        pulses.edge(Pin::new('D', 11).unwrap(), true, 1.6);
+        assert_eq!(pulses.take_lamps(), [PinEdge { pin: LAMP, seconds: 1.5, level: false }]);
+        assert_eq!((pulses.take_lamps(), pulses.take_edges()), (vec![], vec![]));
     }
 
     #[test]

@@ -2,15 +2,20 @@
 
 mod campaign;
 mod case;
+mod conversation;
 mod disturb;
 mod drift;
 mod exceptions;
 mod flash_files;
+mod lockstep;
 mod moments;
 mod periodic;
 mod saved_sector;
+mod tracing;
 
+use std::cell::RefCell;
 use std::io::Write;
+use std::rc::Rc;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -21,6 +26,7 @@ use crate::campaign::Driving;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
+use crate::execution_trace::{Event, ExecutionTrace};
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
 use crate::judge::{Judge, JudgeLog, Limits};
@@ -36,6 +42,7 @@ use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 pub(crate) use campaign::Plan;
+use conversation::Lockstep;
 use drift::Drift;
 pub(crate) use saved_sector::FlashDownload;
 use saved_sector::SavedSector;
@@ -98,8 +105,12 @@ pub(crate) struct BoardRun<'a, W: Write> {
     serial: Option<SerialPort>,
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
+    /// The conversation with a program that steps the board.
+    lockstep: Option<Lockstep>,
     /// Sectors to write to files at the end.
     saved: Vec<SavedSector>,
+    /// What the core executes goes there.
+    trace: Option<Rc<RefCell<ExecutionTrace>>>,
     injections: Vec<Injection>,
     /// Waits for the moments of a script.
     watcher: Watcher,
@@ -167,7 +178,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
             serial,
             rtt,
             recorder,
+            lockstep: None,
             saved: Vec::new(),
+            trace: None,
             injections,
             watcher: Watcher::default(),
             drift: None,
@@ -199,7 +212,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
     /// # Errors
     /// A file cannot be written, or the emulator fails.
     pub(crate) fn run(mut self) -> Result<u8> {
+        self.greet();
         self.begin();
+        self.exchange()?;
         let reason = loop {
             if let Some(reason) = self.step()? {
                 break reason;
@@ -224,12 +239,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     /// Advances the peripherals to the present, then executes or sleeps to the next deadline. Returns a reason to end, if any.
     fn step(&mut self) -> Result<Option<&'static str>> {
+        while self.cpu.machine().is_past_horizon() {
+            self.exchange()?;
+        }
         let (reset, due, changes) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
             if self.idle != IdleState::No {
-                let injection_s = self.injections.iter().filter_map(Injection::due).fold(f64::INFINITY, f64::min);
-                while board.is_quiet(injection_s) {
+                let supply_s = self.lockstep.as_ref().and_then(Lockstep::supply_due);
+                let injections = self.injections.iter().filter_map(Injection::due);
+                let injection_s = injections.chain(supply_s).fold(f64::INFINITY, f64::min);
+                while board.is_quiet(injection_s) && !board.sleeps_past_horizon() {
                     let seconds = board.seconds();
                     let button = board.plant.button_is_pressed(seconds);
                     let stop = board.plant.level(EMERGENCY_STOP, seconds);
@@ -259,8 +279,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.schedule_stop();
         }
         self.inject_due()?;
+        self.apply_given_supply();
         if self.idle != IdleState::No && !self.wake_if_due() || self.core_stands_still() {
-            self.slept_cycles += self.cpu.machine().sleep();
+            if self.exchange_before_sleep()? {
+                self.slept_cycles += self.cpu.machine().sleep();
+            }
             return Ok(None);
         }
         if let Some(number) = self.deliverable() {
@@ -268,7 +291,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.take_exception(number, pc);
             return Ok(None);
         }
-        match self.cpu.run() {
+        match self.execute()? {
             Stop::Requested => {}
             Stop::Supervisor => {
                 let pc = self.cpu.reg(Reg::Pc);
@@ -291,6 +314,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
             }
         }
         Ok(None)
+    }
+
+    /// Executes until something other than the end of a step of the lockstep stops it.
+    fn execute(&mut self) -> Result<Stop> {
+        loop {
+            let stop = self.cpu.run();
+            if stop != Stop::Requested || !self.cpu.machine().has_met_horizon() {
+                return Ok(stop);
+            }
+            self.exchange()?;
+        }
     }
 
     fn core_stands_still(&self) -> bool {
@@ -419,7 +453,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
     fn schedule_stop(&mut self) {
         let periodic = (self.periods + 1) as f64 * PERIODIC_JOB_S;
         let now = self.cpu.machine().seconds() + ROUNDING_S;
-        let due = self.injections.iter().filter_map(Injection::due).filter(|due| *due > now);
+        let supply = self.lockstep.as_ref().and_then(Lockstep::supply_due);
+        let due = self.injections.iter().filter_map(Injection::due).chain(supply).filter(|due| *due > now);
         let next = due.fold(periodic, f64::min);
         self.cpu.machine().stop_at(next);
     }
@@ -456,6 +491,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
+        self.trace(Event::Boot);
         self.log.iter_mut().for_each(String::clear);
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();

@@ -34,7 +34,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 25] = [
+pub(super) const STEPS: [Step; 26] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -180,10 +180,17 @@ pub(super) const STEPS: [Step; 25] = [
     },
     Step {
         name: "python-board",
-        claim: "a loop that Python runs has the setpoints and the hash of the flashed image",
+        claim: "a loop that Python runs has the setpoints and the hash of the flashed image, and Python steps that image",
         needs: &[Need::Python, Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: python_board,
+    },
+    Step {
+        name: "board-cost",
+        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, and the trace changes no run",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::board_cost,
     },
     Step {
         name: "ratchets",
@@ -325,13 +332,18 @@ fn python_wheel(state: &State) -> Result<(Environment, PathBuf)> {
     Ok((environment, wheel))
 }
 
+/// Tests of the Python package that run the image.
+const BOARD_TESTS: [&str; 2] = ["python/tests/test_board.py", "python/tests/test_board_steps.py"];
+
 fn python(state: &State) -> Result<String> {
     let (environment, wheel) = python_wheel(state)?;
     if let Err(error) = environment.install(&["-r", "python/tests/requirements-ray.txt"]) {
         eprintln!("without Ray, whose test is skipped: {error:#}");
     }
     python::works_alone(&wheel, &state.workspace.target_dir.join("python-fresh"))?;
-    passed(state, environment.test(&["-q", "-rs", "python/tests", "--ignore", "python/tests/test_board.py"], &[])?)
+    let ignored = BOARD_TESTS.iter().flat_map(|file| ["--ignore", file]);
+    let arguments: Vec<&str> = ["-q", "-rs", "python/tests"].into_iter().chain(ignored).collect();
+    passed(state, environment.test(&arguments, &[])?)
 }
 
 fn python_board(state: &State) -> Result<String> {
@@ -342,7 +354,8 @@ fn python_board(state: &State) -> Result<String> {
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?.as_os_str()),
         ("FOOTFALL_BIN", footfall.as_os_str()),
     ];
-    passed(state, environment.test(&["-q", "-rs", "python/tests/test_board.py"], &variables)?)
+    let arguments: Vec<&str> = ["-q", "-rs"].into_iter().chain(BOARD_TESTS).collect();
+    passed(state, environment.test(&arguments, &variables)?)
 }
 
 fn c_programs(state: &State) -> Result<String> {
@@ -454,6 +467,7 @@ const IMAGE_TESTS: [&str; 23] = [
     "fits",
     "board_black_pill",
     "board_inputs",
+    "board_lockstep",
     "board_serial",
     "board_trim",
     "board_pulses",

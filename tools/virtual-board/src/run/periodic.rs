@@ -72,6 +72,7 @@ impl<W: Write> BoardRun<'_, W> {
             return Ok(None);
         }
         self.periods += 1;
+        self.trace_millisecond();
         self.cpu.machine().check_outputs();
         self.drift(seconds);
         self.drain_rtt();
@@ -113,7 +114,8 @@ impl<W: Write> BoardRun<'_, W> {
             && !self.cpu.machine().can_wake()
             && !self.injections.iter().any(|injection| injection.due().is_some());
         let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
-        if over || stuck && self.options.secs.is_none() && !self.console.is_open() {
+        let has_no_user = self.options.secs.is_none() && !self.console.is_open() && self.lockstep.is_none();
+        if over || stuck && has_no_user {
             let locked = self.idle == IdleState::LockedUp;
             return Ok(Some(if locked {
                 "lockup"
@@ -204,6 +206,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.record_signals()?;
         self.recorder.flush()?;
         self.write_sectors()?;
+        self.finish_trace()?;
         self.report_lints();
         let now = self.moment().seconds;
         let (high_since, rail) = {
@@ -248,7 +251,8 @@ impl<W: Write> BoardRun<'_, W> {
                 injections,
             }
         };
-        let good = end.lints.is_empty() && !self.locked_up && as_expected;
+        let is_whole = !self.lockstep.as_ref().is_some_and(|lockstep| lockstep.is_cut);
+        let good = end.lints.is_empty() && !self.locked_up && as_expected && is_whole;
         let code = match self.status {
             Some(status) if status != 0 => status.min(255) as u8,
             Some(_) => u8::from(!good),
