@@ -304,8 +304,13 @@ impl Scs {
             0xE000_E100..=0xE000_E108 => {
                 lines(0xE000_E100, Nvic::enable);
                 let first = 8 * (addr - 0xE000_E100);
-                if (0..32).any(|n| value >> n & 1 != 0 && !self.chip.has_interrupt((first + n) as u8)) {
+                let enables =
+                    |is_wrong: &dyn Fn(u8) -> bool| (0..32).any(|n| value >> n & 1 != 0 && is_wrong((first + n) as u8));
+                if enables(&|line| !self.chip.has_interrupt(line)) {
                     return Err(LintKind::Misuse("an interrupt is enabled that the chip does not have"));
+                }
+                if enables(&|line| line >= LINES) {
+                    return Err(LintKind::Unmodelled);
                 }
             }
             0xE000_E180..=0xE000_E188 => lines(0xE000_E180, Nvic::disable),
@@ -467,6 +472,22 @@ mod tests {
         assert_eq!(kinds, modes);
         scs.reset();
         assert_eq!(scs.lints().len(), 3, "a reset of the chip keeps the lints");
+    }
+
+    #[test]
+    fn an_interrupt_that_the_chip_lacks_is_recorded() {
+        // RM0383 table 37: no CAN1_TX, which is line 19 of the F407; SPI4, line 84, is not modelled.
+        for (chip, addr, bit, wanted) in [
+            (Chip::F407, 0xE000_E100, 19, false),
+            (Chip::F411, 0xE000_E100, 19, true),
+            (Chip::F411, 0xE000_E100, 31, false),
+            (Chip::F411, 0xE000_E108, 84 - 64, true),
+        ] {
+            let (mut scs, mut nvic) = fresh();
+            scs.chip = chip;
+            scs.write(addr, Width::Word, 1 << bit, &mut nvic, 0);
+            assert_eq!(!scs.lints().is_empty(), wanted, "{chip}, bit {bit}");
+        }
     }
 
     #[test]
