@@ -1,7 +1,7 @@
 //! The flashed image on the virtual board.
 //!
 //! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
-//! [`test_suite::Need::Image`] or [`test_suite::Need::ShadowImage`].
+//! [`test_suite::Need::Image`], [`test_suite::Need::ShadowImage`] or [`test_suite::Need::BlackPillImage`].
 
 use crate::gestures;
 use crate::lockstep::Conversation;
@@ -172,6 +172,15 @@ impl Board {
     #[must_use]
     pub fn shadow() -> Self {
         Self::with("FOOTFALL_SHADOW_ELF")
+    }
+
+    /// The Black Pill with its image.
+    ///
+    /// # Panics
+    /// As [`Board::find`].
+    #[must_use]
+    pub fn black_pill() -> Self {
+        Self::with("FOOTFALL_BLACK_PILL_ELF")
     }
 
     fn with(image: &str) -> Self {

@@ -13,6 +13,7 @@
 //! - [`campaign`]: campaigns of faults on that board;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
 //! - [`gestures`]: how its button is pressed;
+//! - [`lamps`]: what its lamps show;
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
@@ -24,6 +25,7 @@ pub mod faults;
 pub mod gestures;
 pub mod host;
 pub mod host_loop;
+pub mod lamps;
 pub mod lockstep;
 pub mod name_parts;
 pub mod people;

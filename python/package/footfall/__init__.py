@@ -15,12 +15,16 @@ from ._footfall import (
     Generator,
     JointLoop,
     Recording,
+    Servo,
     __version__,
     certify,
     fit,
     gaits,
     read,
     read_capture,
+    robot,
+    sensor_volts,
+    servos,
 )
 from ._results import Finding, Following, FollowStatus, Inputs, Motion, Outputs, Reason, Tick, Ticks
 
@@ -46,6 +50,7 @@ __all__ = [
     "Reason",
     "Recording",
     "RecordingWarning",
+    "Servo",
     "Step",
     "Tick",
     "Ticks",
@@ -57,4 +62,7 @@ __all__ = [
     "gaits",
     "read",
     "read_capture",
+    "robot",
+    "sensor_volts",
+    "servos",
 ]

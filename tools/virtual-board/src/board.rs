@@ -71,6 +71,7 @@ impl BoardModel {
     pub(crate) fn new(soc: Soc, plant: BoardPlant, cpi: f64) -> Self {
         let hclk_hz = soc.hclk_hz();
         let mut scs = Scs::default();
+        scs.chip = soc.config().chip;
         scs.reset();
         BoardModel {
             soc,

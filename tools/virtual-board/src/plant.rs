@@ -7,15 +7,10 @@ use stm32f4_model::{AdcChannel, Pin, Plant};
 
 use crate::campaign::Press;
 use crate::feed::{Contact, Feed};
+use crate::modelled_board::Wiring;
 use crate::pulses::Pulses;
 use crate::tables::{LevelTable, VoltageColumn, VoltageTable};
 use crate::waveform::Waveform;
-
-/// The user button: high while pressed.
-pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
-    Some(pin) => pin,
-    None => panic!("a pin of port A"),
-};
 
 /// The emergency stop: high while released, by its closed contact.
 pub(crate) const EMERGENCY_STOP: Pin = match Pin::new('B', 12) {
@@ -57,6 +52,7 @@ impl From<Press> for ButtonPress {
 /// Signals at the pins of the board.
 #[derive(Debug, Default)]
 pub(crate) struct BoardPlant {
+    wiring: Wiring,
     volts: VoltageTable,
     presses: Vec<ButtonPress>,
     /// Presses of the emergency stop.
@@ -80,10 +76,27 @@ pub(crate) struct BoardPlant {
 }
 
 impl BoardPlant {
-    /// A plant with recorded voltages, presses at given times, and digital inputs.
+    /// The plant of a board with recorded voltages, presses at given times, and digital inputs.
     #[must_use]
-    pub(crate) fn new(volts: VoltageTable, presses: Vec<ButtonPress>, lines: BTreeMap<Pin, LevelTable>) -> Self {
-        BoardPlant { volts, presses, lines, ..BoardPlant::default() }
+    pub(crate) fn new(
+        wiring: Wiring,
+        volts: VoltageTable,
+        presses: Vec<ButtonPress>,
+        lines: BTreeMap<Pin, LevelTable>,
+    ) -> Self {
+        BoardPlant { wiring, volts, presses, lines, pulses: Pulses::of(wiring), ..BoardPlant::default() }
+    }
+
+    /// Whether the user button is pressed at a time, s.
+    pub(crate) fn button_is_pressed(&self, seconds: f64) -> bool {
+        match self.waves.get(&self.wiring.button) {
+            Some(wave) => wave.at(seconds) == self.wiring.pressed,
+            None => {
+                self.held
+                    || self.feed.is_on(Contact::Button, seconds)
+                    || self.presses.iter().any(|press| press.is_on(seconds))
+            }
+        }
     }
 
     /// Adds a press of the emergency stop.
@@ -163,10 +176,8 @@ impl BoardPlant {
         if let Some(wave) = self.waves.get(&pin) {
             return wave.at(seconds);
         }
-        if pin == BUTTON {
-            return self.held
-                || self.feed.is_on(Contact::Button, seconds)
-                || self.presses.iter().any(|press| press.is_on(seconds));
+        if pin == self.wiring.button {
+            return self.button_is_pressed(seconds) == self.wiring.pressed;
         }
         match self.lines.get(&pin) {
             Some(line) => line.at(seconds),
@@ -202,11 +213,18 @@ impl Plant for BoardPlant {
     }
 
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
-        if pin == BUTTON {
+        if pin == self.wiring.button {
             self.changed.set(false);
             self.sampled_s = seconds;
         }
         self.level(pin, seconds)
+    }
+
+    fn input_floats(&mut self, pin: Pin, seconds: f64) -> bool {
+        self.wiring.open
+            && pin == self.wiring.button
+            && !self.waves.contains_key(&pin)
+            && !self.button_is_pressed(seconds)
     }
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
@@ -228,6 +246,8 @@ impl Plant for BoardPlant {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const BUTTON: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().button;
     use crate::waveform::Wave;
     use anyhow::Result;
 
@@ -250,13 +270,13 @@ mod tests {
     fn the_supply_is_a_column_like_the_pins() {
         let table = volts("time_s,VDDA,PA1\n0,3.0,1\n1,3.0,1\n2,2.0,1\n", false).unwrap();
         assert!(table.has_vdda());
-        let mut plant = BoardPlant::new(table, vec![], BTreeMap::new());
+        let mut plant = BoardPlant::new(Wiring::default(), table, vec![], BTreeMap::new());
         for (time, want) in [(0.5, 3.0), (1.5, 2.5), (9.0, 2.0)] {
             assert!((plant.vdda(time).unwrap() - want).abs() < 1e-12, "at {time}");
         }
         let without = volts("time_s,PA1\n0,1\n", false).unwrap();
         assert!(!without.has_vdda());
-        assert_eq!(BoardPlant::new(without, vec![], BTreeMap::new()).vdda(1.0), None);
+        assert_eq!(BoardPlant::new(Wiring::default(), without, vec![], BTreeMap::new()).vdda(1.0), None);
     }
 
     #[test]
@@ -297,7 +317,7 @@ mod tests {
     #[test]
     fn the_button_is_high_during_presses_and_while_held() {
         let press = ButtonPress { at: 1.0, hold: 0.1 };
-        let mut plant = BoardPlant::new(VoltageTable::default(), vec![press], BTreeMap::new());
+        let mut plant = BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![press], BTreeMap::new());
         assert_eq!(plant.next_pin_change(0.0), Some(1.0));
         assert_eq!(plant.next_pin_change(1.0), Some(1.1));
         assert_eq!(plant.next_pin_change(1.1), Some(f64::INFINITY));
@@ -329,13 +349,16 @@ mod tests {
         assert_eq!(levels, [true, true, false, false, true]);
         // A cut cable.
         let cut = BTreeMap::from([(EMERGENCY_STOP, LevelTable::fixed(false))]);
-        assert!(!BoardPlant::new(VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0));
+        assert!(
+            !BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0)
+        );
     }
 
     #[test]
     fn a_waveform_replaces_all_else_until_it_is_released() {
         let wave = |high| Waveform::from(Wave::level(BUTTON, high), 1.0);
-        let mut plant = BoardPlant::new(VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
+        let mut plant =
+            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
         plant.drive(BUTTON, wave(false));
         plant.drive(EMERGENCY_STOP, wave(false));
         assert_eq!(plant.next_pin_change(1.0), Some(1.0), "the chip must sample at once");
@@ -348,8 +371,12 @@ mod tests {
     #[test]
     fn fixed_levels_apply_and_other_pins_are_low() {
         let pin: Pin = "PB12".parse().unwrap();
-        let mut plant =
-            BoardPlant::new(VoltageTable::default(), vec![], BTreeMap::from([(pin, LevelTable::fixed(true))]));
+        let mut plant = BoardPlant::new(
+            Wiring::default(),
+            VoltageTable::default(),
+            vec![],
+            BTreeMap::from([(pin, LevelTable::fixed(true))]),
+        );
         assert!(plant.input_level(pin, 0.0));
         assert!(!plant.input_level("PB13".parse().unwrap(), 0.0));
     }
@@ -358,7 +385,8 @@ mod tests {
     fn a_line_has_the_edges_of_its_file() {
         let pin: Pin = "PC6".parse().unwrap();
         let line = LevelTable::parse("time_s,level\n0.5,1\n0.5001,0\n# a comment\n2,1\n".as_bytes()).unwrap();
-        let mut plant = BoardPlant::new(VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
+        let mut plant =
+            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
         for (time, want) in [(0.0, false), (0.5, true), (0.50005, true), (0.5001, false), (1.9, false), (9.0, true)] {
             assert_eq!(plant.input_level(pin, time), want, "at {time}");
         }

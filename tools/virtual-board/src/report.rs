@@ -31,6 +31,8 @@ pub(crate) enum ReportLine {
     Start {
         /// SHA-256 of the ELF file.
         elf_sha256: String,
+        /// The board on which it runs.
+        board: &'static str,
         /// Core clock at power-on, Hz.
         hclk_hz: u32,
         /// Cycles per instruction.

@@ -11,8 +11,11 @@ mod lockstep;
 mod moments;
 mod periodic;
 mod saved_sector;
+mod tracing;
 
+use std::cell::RefCell;
 use std::io::Write;
+use std::rc::Rc;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -23,12 +26,13 @@ use crate::campaign::Driving;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
+use crate::execution_trace::{Event, ExecutionTrace};
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
 use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
-use crate::plant::{BUTTON, BoardPlant, EMERGENCY_STOP};
+use crate::plant::{BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
@@ -105,6 +109,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     lockstep: Option<Lockstep>,
     /// Sectors to write to files at the end.
     saved: Vec<SavedSector>,
+    /// What the core executes goes there.
+    trace: Option<Rc<RefCell<ExecutionTrace>>>,
     injections: Vec<Injection>,
     /// Waits for the moments of a script.
     watcher: Watcher,
@@ -164,7 +170,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
-            cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
+            cpu: UnicornCpu::new(image.board.config().chip, &image.flash, board, options.stale_flags)?,
             image,
             options,
             report,
@@ -174,11 +180,12 @@ impl<'a, W: Write> BoardRun<'a, W> {
             recorder,
             lockstep: None,
             saved: Vec::new(),
+            trace: None,
             injections,
             watcher: Watcher::default(),
             drift: None,
             scramble: None,
-            judge: Judge::new(Limits::of_flash(&image.flash)),
+            judge: Judge::new(Limits::of_flash(&image.flash), image.board.wiring().servos),
             judge_log,
             servos: None,
             driving: None,
@@ -220,7 +227,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
     fn begin(&mut self) {
         let hclk_hz = self.cpu.machine().soc.hclk_hz();
         let (elf_sha256, cpi) = (self.image.sha256.clone(), self.options.cpi);
-        self.report.line(&ReportLine::Start { elf_sha256, hclk_hz, cpi });
+        let board = self.image.board.name();
+        self.report.line(&ReportLine::Start { elf_sha256, board, hclk_hz, cpi });
         if let Some(SerialPort { name, .. }) = &self.serial {
             self.report.line(&ReportLine::Serial { port: name.clone() });
             self.report.flush();
@@ -243,7 +251,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 let injection_s = injections.chain(supply_s).fold(f64::INFINITY, f64::min);
                 while board.is_quiet(injection_s) && !board.sleeps_past_horizon() {
                     let seconds = board.seconds();
-                    let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
+                    let button = board.plant.button_is_pressed(seconds);
+                    let stop = board.plant.level(EMERGENCY_STOP, seconds);
                     self.judge.observe(seconds, button, stop);
                     if let Some(servos) = &mut self.servos {
                         servos.take(&[], &[], seconds, board.plant.pulses.any_high());
@@ -482,6 +491,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
+        self.trace(Event::Boot);
         self.log.iter_mut().for_each(String::clear);
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();

@@ -13,18 +13,27 @@ use std::cell::{Cell, RefCell, RefMut};
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use stm32f4_model::{DmaMemory, Width};
-use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn};
+use stm32f4_model::{Chip, DmaMemory, Width};
+use unicorn_engine::{
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, UcHookId, Unicorn,
+};
 
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
+use crate::execution_trace::{self, Event, ExecutionTrace};
 use crate::nvic::Masks;
 
 /// Start address of flash.
 pub(crate) const FLASH: u32 = 0x0800_0000;
-/// Size of flash, bytes.
+/// Size of the largest flash of the modelled chips, bytes.
 pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
-/// Start and size in bytes of the RAM regions: SRAM1 with SRAM2, and the core-coupled memory.
-pub(crate) const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
+/// Start and size in bytes of the RAM regions: SRAM, and the core-coupled memory.
+const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
+
+/// Start and size in bytes of the RAM regions of a chip.
+pub(crate) fn rams(chip: Chip) -> &'static [(u32, u32)] {
+    if chip.has_core_coupled_memory() { &RAMS } else { &RAMS[..1] }
+}
+
 /// Start and size in bytes of the regions whose accesses go to the machine: system memory, APB and AHB1, AHB2, FSMC, private peripheral
 /// bus.
 const DEVICES: [(u32, u32); 5] = [
@@ -103,6 +112,7 @@ pub(crate) struct UnicornCpu<M> {
     machine: Rc<RefCell<M>>,
     hook_results: Rc<HookResults>,
     counts: Rc<BlockCounts>,
+    block_hook: Option<UcHookId>,
     stale_flags: bool,
 }
 
@@ -187,16 +197,19 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     ///
     /// # Errors
     /// Unicorn refuses a mapping or a hook.
-    pub(crate) fn new(image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
+    pub(crate) fn new(chip: Chip, image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
         let mut uc = convert_error(Unicorn::new(Arch::ARM, Mode::THUMB), "starting")?;
         convert_error(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
         let mut flash = image.to_vec();
-        flash.resize(FLASH_SIZE as usize, 0xFF);
+        flash.resize(chip.flash_bytes() as usize, 0xFF);
         for base in [0, FLASH] {
-            convert_error(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
+            convert_error(
+                uc.mem_map(base.into(), chip.flash_bytes().into(), Prot::READ | Prot::EXEC),
+                "mapping flash",
+            )?;
             convert_error(uc.mem_write(base.into(), &flash), "filling flash")?;
         }
-        for (base, size) in RAMS {
+        for &(base, size) in rams(chip) {
             convert_error(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
         }
         convert_error(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
@@ -207,6 +220,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             machine: Rc::new(RefCell::new(machine)),
             hook_results: Rc::default(),
             counts: Rc::new(BlockCounts::new(flash)),
+            block_hook: None,
             stale_flags,
         };
         cpu.hook_translation()?;
@@ -263,7 +277,51 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 machine.charge(addr as u32, instructions);
             }
         };
-        convert_error(self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook), "hooking blocks")?;
+        self.replace_block_hook(hook)
+    }
+
+    fn replace_block_hook(&mut self, hook: impl FnMut(&mut Uc<'_>, u64, u32) + 'static) -> Result<()> {
+        if let Some(before) = self.block_hook.take() {
+            convert_error(self.uc.remove_hook(before), "removing the hook of blocks")?;
+        }
+        let hooked = self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook);
+        self.block_hook = Some(convert_error(hooked, "hooking blocks")?);
+        Ok(())
+    }
+
+    /// Hooks blocks and divisions for a trace. Not reads: with a hook of reads Unicorn 2.1.5 executes a program differently (a handler found the
+    /// interrupts masked).
+    ///
+    /// # Errors
+    /// Unicorn refuses a hook.
+    pub(crate) fn trace_execution(&mut self, trace: &Rc<RefCell<ExecutionTrace>>) -> Result<()> {
+        let (machine, counts, hook_results) =
+            (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
+        let blocks = Rc::clone(trace);
+        self.replace_block_hook(move |uc, addr, size| {
+            let mut machine = machine.borrow_mut();
+            let instructions = counts.instructions(addr as u32, size);
+            if machine.before_block(instructions, || read_masks(uc)) {
+                hook_results.stop.set(Some(Stop::Requested));
+                let _ = uc.emu_stop();
+            } else {
+                machine.charge(addr as u32, instructions);
+                blocks.borrow_mut().note(Event::Block(addr as u32, size));
+            }
+        })?;
+        let image = self.counts.image.borrow().clone();
+        for (addr, registers, signed) in execution_trace::divisions(&image) {
+            for base in [0, FLASH] {
+                let at = u64::from(addr - FLASH + base);
+                let trace = Rc::clone(trace);
+                let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
+                    let [dividend, divisor] =
+                        registers.map(|number| execution_trace::magnitude_bits(get(uc, Reg::R(number)), signed));
+                    trace.borrow_mut().note(Event::Division(dividend, divisor));
+                };
+                convert_error(self.uc.add_code_hook(at, at, hook), "hooking a division")?;
+            }
+        }
         Ok(())
     }
 
@@ -534,9 +592,13 @@ mod tests {
 
     fn cpu(code: &[u16], blocks: u32) -> UnicornCpu<RecordingMachine> {
         let image: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
-        let mut cpu =
-            UnicornCpu::new(&image, RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() }, false)
-                .unwrap();
+        let mut cpu = UnicornCpu::new(
+            Chip::F407,
+            &image,
+            RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() },
+            false,
+        )
+        .unwrap();
         cpu.reset(0x2000_1000, FLASH);
         cpu
     }

@@ -34,7 +34,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 25] = [
+pub(super) const STEPS: [Step; 26] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -184,6 +184,13 @@ pub(super) const STEPS: [Step; 25] = [
         needs: &[Need::Python, Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: python_board,
+    },
+    Step {
+        name: "board-cost",
+        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, and the trace changes no run",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::board_cost,
     },
     Step {
         name: "ratchets",
@@ -390,10 +397,12 @@ fn images(state: &State) -> Result<String> {
             image.double_precision
         );
         sizes.push(format!("{}: {}", board.feature(), image.footprint));
-        if board == Board::F4Discovery {
-            // Set only once: `image` was not asked for before.
-            let _ = state.image.set(image.elf);
-        }
+        // Each is set only once: it was not asked for before.
+        let _ = match board {
+            Board::F4Discovery => state.image.set(image.elf),
+            Board::BlackPillF411 => state.black_pill.set(image.elf),
+            Board::NucleoF446re => Ok(()),
+        };
     }
     Ok(sizes.join("; "))
 }
@@ -456,6 +465,7 @@ fn core_controls(state: &State) -> Result<String> {
 const IMAGE_TESTS: [&str; 23] = [
     "virtual_board",
     "fits",
+    "board_black_pill",
     "board_inputs",
     "board_lockstep",
     "board_serial",
@@ -488,6 +498,7 @@ fn image_tests(state: &State) -> Result<String> {
     let variables = [
         ("FOOTFALL_ELF", state.image()?),
         ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_BLACK_PILL_ELF", state.black_pill()?),
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
         ("FOOTFALL_BIN", &footfall),
         (judged::FILE, &file),

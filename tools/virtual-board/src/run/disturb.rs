@@ -13,7 +13,7 @@ use crate::inject::{Injection, InjectionKind};
 use crate::random::Random;
 use crate::rtt::RttReading;
 use crate::script::{Inject, Memory, RttReader, Stream};
-use crate::unicorn::RAMS;
+use crate::unicorn::rams;
 use crate::waveform::{Wave, Waveform};
 
 /// Supply of the chip while nothing is wrong, and none is given, V.
@@ -193,7 +193,7 @@ impl<W: Write> BoardRun<'_, W> {
             return Ok(());
         }
         let Some(mut random) = self.scramble.take().map(Random) else { return Ok(()) };
-        for (base, size) in RAMS {
+        for &(base, size) in rams(self.image.board.config().chip) {
             let words = (0..size / 8).flat_map(|_| random.number().to_le_bytes());
             let bytes: Vec<u8> = words.collect();
             ensure!(self.cpu.write_ram(base, &bytes), "the RAM from {base:#010x} on cannot be written");

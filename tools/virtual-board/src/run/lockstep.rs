@@ -13,8 +13,8 @@ use super::{BoardRun, ROUNDING_S};
 use crate::feed::Contact;
 use crate::judge::Joint;
 use crate::lockstep::{Given, Line, Refusal, Request, Requests, Step, VERSION};
-use crate::plant::{BUTTON, EMERGENCY_STOP};
-use crate::pulses::{PinEdge, SERVOS};
+use crate::plant::EMERGENCY_STOP;
+use crate::pulses::PinEdge;
 use crate::report::{self, LampChange, MountedJoint, ReportLine, StepEnd};
 
 /// The joints in the order of the servo pins.
@@ -26,13 +26,13 @@ fn seconds(us: u64) -> f64 {
 }
 
 /// Refuses a contact that something else sets, and pins that have a key of their own.
-fn check_contact(given: Given, has_line: impl Fn(Pin) -> bool) -> Result<(), Refusal> {
+fn check_contact(given: Given, button: Pin, has_line: impl Fn(Pin) -> bool) -> Result<(), Refusal> {
     let (pin, field) = match given {
         Given::Contact(Contact::Pin(pin), _) => (pin, format!("levels.{pin}")),
         Given::Contact(Contact::Stop, _) => (EMERGENCY_STOP, "stop".into()),
         _ => return Ok(()),
     };
-    let own = [(BUTTON, "button"), (EMERGENCY_STOP, "stop")].into_iter().find(|(special, _)| *special == pin);
+    let own = [(button, "button"), (EMERGENCY_STOP, "stop")].into_iter().find(|(special, _)| *special == pin);
     if let Some((_, key)) = own.filter(|(_, key)| *key != field) {
         return Err(Refusal::new(field, format!("{pin} has a key of its own: `{key}`, true while pressed")));
     }
@@ -57,7 +57,7 @@ impl<W: Write> BoardRun<'_, W> {
         }
         let joints = Joint::of_flash(&self.image.flash).map(|joints| {
             std::array::from_fn(|n| MountedJoint {
-                pin: SERVOS[n].to_string(),
+                pin: self.image.board.wiring().servos[n].to_string(),
                 joint: JOINTS[n],
                 neutral_us: joints[n].neutral_us,
                 deg_at_neutral: joints[n].angle_at_neutral.to_degrees(),
@@ -151,9 +151,10 @@ impl<W: Write> BoardRun<'_, W> {
     /// Takes the inputs of a step. Nothing has changed if it is refused.
     fn begin_step(&mut self, step: &Step) -> Result<(), Refusal> {
         let Some(lockstep) = &mut self.lockstep else { return Ok(()) };
+        let button = self.image.board.wiring().button;
         let mut board = self.cpu.machine();
         for given in &step.given {
-            check_contact(*given, |pin| board.plant.has_line(pin))?;
+            check_contact(*given, button, |pin| board.plant.has_line(pin))?;
         }
         let (from_s, to_s) = (seconds(lockstep.until_us), seconds(lockstep.until_us + step.us));
         let passed_s = board.soc.seconds(board.soc.now());
@@ -207,17 +208,18 @@ mod tests {
 
     #[test]
     fn a_contact_has_one_key() {
+        const BUTTON: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().button;
         let pin = |name: &str| Given::Contact(Contact::Pin(name.parse().unwrap()), true);
         let none = |_| false;
-        assert_eq!(check_contact(pin("PC5"), none), Ok(()));
-        assert_eq!(check_contact(Given::Contact(Contact::Stop, true), none), Ok(()));
+        assert_eq!(check_contact(pin("PC5"), BUTTON, none), Ok(()));
+        assert_eq!(check_contact(Given::Contact(Contact::Stop, true), BUTTON, none), Ok(()));
         for (given, has_line, field, words) in [
             (pin("PA0"), false, "levels.PA0", "`button`, true while pressed"),
             (pin("PB12"), false, "levels.PB12", "`stop`, true while pressed"),
             (pin("PC6"), true, "levels.PC6", "set by --level or --edges"),
             (Given::Contact(Contact::Stop, true), true, "stop", "PB12 is set by --level or --edges"),
         ] {
-            let refusal = check_contact(given, |_| has_line).unwrap_err();
+            let refusal = check_contact(given, BUTTON, |_| has_line).unwrap_err();
             assert!(refusal.field == field && refusal.text.contains(words), "{refusal:?}");
         }
     }

@@ -9,8 +9,8 @@ use stm32f4_model::{Conversion, Lint};
 use super::{BoardRun, IdleState, PERIODIC_JOB_S, ROUNDING_S};
 use crate::console::ConsoleCommand;
 use crate::inject::{InjectionKind, Moment};
-use crate::plant::{BUTTON, ButtonPress, EMERGENCY_STOP};
-use crate::pulses::{SERVOS, TimedOutputChange};
+use crate::plant::{ButtonPress, EMERGENCY_STOP};
+use crate::pulses::TimedOutputChange;
 use crate::report::{self, LintCount, ReportLine, RunSummary};
 
 /// Number of periodic jobs between two status lines: 100 ms.
@@ -27,7 +27,8 @@ impl<W: Write> BoardRun<'_, W> {
     pub(super) fn report_outputs(&mut self) {
         let now = self.moment();
         let mut board = self.cpu.machine();
-        let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, now.seconds));
+        let button = board.plant.button_is_pressed(now.seconds);
+        let stop = board.plant.level(EMERGENCY_STOP, now.seconds);
         let in_pulse = board.plant.pulses.any_high();
         let periods = board.plant.pulses.take_periods();
         let activity = board.plant.pulses.take_activity();
@@ -71,6 +72,7 @@ impl<W: Write> BoardRun<'_, W> {
             return Ok(None);
         }
         self.periods += 1;
+        self.trace_millisecond();
         self.cpu.machine().check_outputs();
         self.drift(seconds);
         self.drain_rtt();
@@ -204,6 +206,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.record_signals()?;
         self.recorder.flush()?;
         self.write_sectors()?;
+        self.finish_trace()?;
         self.report_lints();
         let now = self.moment().seconds;
         let (high_since, rail) = {
@@ -237,7 +240,7 @@ impl<W: Write> BoardRun<'_, W> {
                 edges_before_arming: pulses.before_arming,
                 edges_after_disarming: pulses.after_disarming,
                 pulse_us: pulses.extremes.map(|both| both.map(|(min, max)| [report::micros(min), report::micros(max)])),
-                high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
+                high_at_end: pulses.servos().map(|pin| board.soc.output_level(pin)),
                 frame_margin_us: pulses.frame_margin_us,
                 judged,
                 servo_deg: self.servos.as_ref().map(|servos| servos.extremes().map(|ends| ends.map(report::degrees))),
