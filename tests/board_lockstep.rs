@@ -58,10 +58,17 @@ impl Inputs {
                 keys[key] = json!(value);
             }
         }
+        let mut levels = serde_json::Map::new();
         for (at_ms, high) in FOOT {
             if now(at_ms) {
-                keys["levels"] = json!({"PC5": high});
+                levels.insert("PC5".into(), json!(high));
             }
+        }
+        if step > 0 && step.is_multiple_of(EDGE_STEPS) {
+            levels.insert("PC6".into(), json!(is_high(step)));
+        }
+        if !levels.is_empty() {
+            keys["levels"] = levels.into();
         }
         keys
     }
@@ -88,6 +95,11 @@ impl Inputs {
         let foot = folder.join("foot.csv");
         std::fs::write(&foot, format!("time_s,level\n{edges}")).expect("written");
         options.extend(["--edges".into(), format!("PC5={}", foot.display())]);
+        let steps = (EDGE_STEPS..self.steps).step_by(EDGE_STEPS as usize);
+        let edges = steps.map(|step| format!("{},{}\n", time_s(step * self.step_us), u8::from(is_high(step))));
+        let line = folder.join("line.csv");
+        std::fs::write(&line, format!("time_s,level\n{}", edges.collect::<String>())).expect("written");
+        options.extend(["--edges".into(), format!("PC6={}", line.display())]);
         options
     }
 
@@ -112,6 +124,14 @@ const PRESSES: [(u64, &str, bool); 6] = [
 
 /// Edges at the foot switch: when, ms, and the level.
 const FOOT: [(u64, bool); 4] = [(800, true), (1_450, false), (1_900, true), (2_600, false)];
+
+/// Steps between two edges at the synchronisation input, whose times the board logs to a microsecond.
+const EDGE_STEPS: u64 = 23;
+
+/// The level of that input after the edge at a step.
+fn is_high(step: u64) -> bool {
+    !(step / EDGE_STEPS).is_multiple_of(2)
+}
 
 /// The lines of a run without those of the protocol.
 fn run_lines(ran: &Ran) -> Vec<&str> {
@@ -172,7 +192,8 @@ fn steps_through_a_file_are_the_run_from_that_file() {
     let folder = tempfile::tempdir().expect("a folder");
     // Also steps that are no whole number of milliseconds, and with another speed of the processor.
     for (step_us, steps, more) in [
-        (1_000, 4_500, &[][..]),
+        (300, 5_000, &[][..]),
+        (1_000, 4_500, &[]),
         (5_000, 900, &[]),
         (1_700, 2_600, &["--servo", "digital"]),
         (2_300, 1_000, &["--cpi", "1.7", "--servo", "analogue"]),
@@ -187,6 +208,7 @@ fn steps_through_a_file_are_the_run_from_that_file() {
         let last = |ran: &Ran| ran.boots[0].ticks.last().expect("frames").setpoint_hash;
         assert_eq!(last(&stepped), last(&file));
         assert_eq!((file.code, stepped.code, stepped.books.different), (Some(0), Some(0), 0));
+        assert!(stepped.boots[0].edges.len() as u64 + 5 > steps / EDGE_STEPS, "{} edges", stepped.boots[0].edges.len());
         report!("steps of {step_us} us: {} equal lines, hash {:016x}", run_lines(&file).len(), last(&file));
     }
 }
@@ -214,7 +236,7 @@ fn a_refused_request_changes_nothing() {
         ("{\"version\": 2, \"us\": 1000}", "version", "this virtual board has version 1"),
         ("{\"us\": 1000, \"volts\": {\"PA1\": 1, \"PB9\": 1}}", "volts.PB9", "not a pin of a converter"),
         ("{\"us\": 1000, \"stop\": true, \"volts\": {\"PA1\": 100}}", "volts.PA1", "must be -10 to 10 V"),
-        ("{\"us\": 1000, \"stop\": true, \"levels\": {\"PC6\": true}}", "levels.PC6", "set by --level or --edges"),
+        ("{\"us\": 1000, \"stop\": true, \"levels\": {\"PC7\": true}}", "levels.PC7", "set by --level or --edges"),
         ("{\"us\": 1000, \"levels\": {\"PC5\": true, \"PA0\": true}}", "levels.PA0", "a key of its own: `button`"),
         ("{\"us\": 1000, \"levels\": {\"PB12\": false}}", "levels.PB12", "a key of its own: `stop`"),
         ("{\"us\": 1000, \"button\": \"pressed\"}", "button", "allowed is true or false"),
@@ -223,7 +245,7 @@ fn a_refused_request_changes_nothing() {
         ("\u{1}", "", "the line is not a request"),
     ];
     let inputs = Inputs::new(1_000, 1_500);
-    let options = ["--level", "PC6=0"];
+    let options = ["--level", "PC7=0"];
     let undisturbed = inputs.converse(&options);
     let disturbed = Board::find().converse(options, |board| {
         for step in 0..inputs.steps {
@@ -342,7 +364,7 @@ fn the_lamps_are_those_at_the_pins() {
 fn the_answer_has_the_angles_of_modelled_servos() {
     let inputs = Inputs::new(1_000, 2_500);
     let mut angles = Vec::new();
-    let ran = Board::find().converse(["--servo", "digital", "--servo-at", "0,0,5,5"], |board| {
+    let ran = Board::find().converse(["--servo", "digital", "--servo-at", "0,0,90,5"], |board| {
         for step in 0..inputs.steps {
             let last = board.step(inputs.step_us, inputs.keys(step)).pop().expect("a line");
             let degrees: [f64; 4] = serde_json::from_value(last["deg"].clone()).expect("four numbers");
@@ -361,6 +383,10 @@ fn the_answer_has_the_angles_of_modelled_servos() {
             compared += 1;
         }
     }
+    // The servo turns at 612 degrees a second, also while a pulse lasts; a new pulse counts from the end of the last one of its frame.
+    let turns = angles.windows(2).map(|pair| (pair[1].1[2] - pair[0].1[2]).abs());
+    let fastest = turns.fold(0.0, f64::max);
+    assert!((0.55..1.0).contains(&fastest), "{fastest} degrees in a millisecond");
     let moved =
         angles.iter().map(|(_, degrees)| degrees[2]).fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(c), b.max(c)));
     assert!(compared > 60 && moved.1 - moved.0 > 30.0, "{compared} lines, {moved:?}");
