@@ -10,6 +10,7 @@
 //! | `certificate` | `certify`, `Certificate` |
 //! | `joint_loop` | `JointLoop`: the control loop of a board |
 //! | `capture` | `read_capture`, `Capture`: recordings of a board, and their replay |
+//! | `servo` | `Servo`: a hobby servo under load; servo maps of robots, volts of sensors |
 //! | `arguments` | checks of arguments, with what is allowed |
 //! | `arrays` | arrays of numpy, and the result types of the Python part |
 //! | `error` | exceptions with the words of the errors of the crates |
@@ -23,6 +24,7 @@ mod fit;
 mod generator;
 mod joint_loop;
 mod recording;
+mod servo;
 mod stepped;
 mod tracking;
 
@@ -43,6 +45,8 @@ mod _footfall {
     use super::joint_loop::JointLoop;
     #[pymodule_export]
     use super::recording::{Conditioned, Recording, read};
+    #[pymodule_export]
+    use super::servo::{Servo, robot, sensor_volts, servos};
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -10,12 +10,20 @@
 //! assert!((servo.angle() - 9.0).abs() < 0.4);
 //! ```
 //!
-//! Limits: no load, no inertia: the shaft turns at the speed of the data sheet or not at all, so that an angle is an upper bound of what a
-//! free shaft turns. No back-drive without torque. No overshoot.
+//! Limits of [`Servo`]: no load, no inertia: the shaft turns at the speed of the data sheet or not at all, so that an angle is an upper bound of what
+//! a free shaft turns. No back-drive without torque. No overshoot.
+//!
+//! [`LoadedServo`] is a servo in a body that is simulated elsewhere: the body gives the angle and the speed of the shaft, the servo its torque.
+//! Limits: no heat, no limit of the current, no play in the gear, no drop of the supply.
 #![forbid(unsafe_code)]
 
 mod data_sheet;
+mod drive;
+mod load_sheet;
+mod loaded;
 mod servo;
 
 pub use data_sheet::{DataSheet, Kind};
+pub use load_sheet::{LoadSheet, SupplyPoint};
+pub use loaded::{LoadedServo, Strength, SupplyError};
 pub use servo::Servo;

@@ -1,12 +1,8 @@
 //! One servo over time.
 
+use crate::drive::{DRIVE_S, RELAXED_S};
 use crate::{DataSheet, Kind};
 
-/// An analogue servo is driven for so long after a pulse at most, s. Its torque fades when pulses come more than 20 ms apart (D. Buckley, ServoNotes,
-/// 2008), since each pulse is stretched to a drive of a few milliseconds (Xtreme Power Systems, X24 manual, page 53).
-const DRIVE_S: f64 = 0.02;
-/// Without a pulse for so long an analogue servo has no torque, s ("after 50 ms of no pulse seen, the servo relaxes", Parallax forum 90233).
-const RELAXED_S: f64 = 0.05;
 /// Pulse of the middle, us.
 const MIDDLE_US: f64 = 1_500.0;
 

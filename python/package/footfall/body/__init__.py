@@ -1,0 +1,33 @@
+"""A simulated body: a planar biped in MuJoCo whose servos are driven by the control loop of the boards.
+
+Install with the extra ``footfall[body]``. ``python -m footfall.body --help`` runs it. Everything that it prints is simulation: nothing of it was
+measured on a robot. docs/body.md says what each rig is honest for.
+"""
+
+from .drivers import Driver, Frame, LoopDriver
+from .measures import fallen, measures, together
+from .robots import DESK, MINI, ROBOTS, Foot, Robot, Segment, named, person
+from .seeds import Variation, variation
+from .simulation import Body, Trace, run
+
+__all__ = [
+    "Body",
+    "DESK",
+    "Driver",
+    "Foot",
+    "Frame",
+    "LoopDriver",
+    "MINI",
+    "ROBOTS",
+    "Robot",
+    "Segment",
+    "Trace",
+    "Variation",
+    "fallen",
+    "measures",
+    "named",
+    "person",
+    "run",
+    "together",
+    "variation",
+]

@@ -1,0 +1,7 @@
+"""``python -m footfall.body``."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

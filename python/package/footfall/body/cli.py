@@ -1,0 +1,181 @@
+"""The command line ``python -m footfall.body``: exit code 0 for a run, 1 for a run that failed, 2 for wrong input."""
+
+import argparse
+import json
+import math
+import os
+import sys
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+from .. import JOINTS, Generator, servos
+from .._errors import FootfallError, InputError
+from . import picture, size
+from .drivers import LoopDriver
+from .measures import fallen, measures, together
+from .model import RIGS
+from .robots import ROBOTS, named
+from .seeds import KINDS, variation
+from .simulation import Body, Trace, run
+
+_EXAMPLES = """examples:
+  python -m footfall.body --rig boom --secs 10
+  python -m footfall.body --rig boom --seeds 20 --json
+  python -m footfall.body --rig hung --robot mini --gait samples/generator.toml
+  python -m footfall.body --rig free --secs 3 --picture fall.png
+  python -m footfall.body size --gait samples/generator.toml
+  python -m footfall.body size --robot person
+
+All numbers are simulation; docs/body.md says what each rig is honest for."""
+
+
+def _number(least: float, most: float, unit: str) -> Any:
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"'{text}': allowed is {least:g} to {most:g}{unit}")
+        return value
+
+    return read
+
+
+def _whole(least: int, most: int) -> Any:
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"'{text}': allowed is a whole number from {least} to {most}")
+        return value
+
+    return read
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m footfall.body",
+        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast its servos have to be.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("command", nargs="?", choices=("walk", "size"), default="walk", help="walk (if it is not given) or size")
+    parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (the default), or free in the plane")
+    parser.add_argument("--robot", choices=sorted(ROBOTS), default="desk", help="desk: 1.2 kg (the default); mini: 0.3 kg; person: 70 kg, size only")
+    parser.add_argument("--gait", metavar="FILE", help="generator file, as `footfall fit` writes it; the default walk of the boards without it")
+    parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits; the default robot without it")
+    parser.add_argument("--servo", choices=servos(), help="servo of all joints; that of the robot without it")
+    parser.add_argument("--supply", metavar="V", type=_number(0.0, 30.0, " V"), help="supply of the servos, V; that of the robot without it")
+    parser.add_argument("--secs", metavar="S", type=_number(1.0, 600.0, " s"), default=10.0, help="from the first servo pulse on, s (10)")
+    parser.add_argument("--seeds", metavar="N", type=_whole(1, 10_000), help="N runs with varied robots, seeds 1 to N; one nominal robot without it")
+    parser.add_argument("--kind", choices=KINDS, default="standard", help="how much the seeds vary")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--picture", metavar="FILE.png", help="write the first run as a strip of stick figures")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    return parser
+
+
+def _generator(path: Optional[str]) -> Generator:
+    return Generator.default() if path is None else Generator.read(path)
+
+
+def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
+    """The runs of all seeds."""
+    robot, found = named(options.robot), []
+    seeds = [0] if options.seeds is None else list(range(1, options.seeds + 1))
+    for number, seed in enumerate(seeds, 1):
+        generator = _generator(options.gait)
+        body = Body(
+            robot,
+            options.rig,
+            variation=variation(seed, options.kind),
+            servo=options.servo,
+            supply_v=options.supply,
+            robot_file=options.robot_file,
+        )
+        driver = LoopDriver(generator, robot=options.robot_file)
+        trace = run(body, driver, options.secs, seed=seed, until=fallen)
+        has_fallen = fallen(body)
+        if driver.stopped is not None:
+            raise FootfallError(f"the control loop stopped at {trace.time_s[-1]:.2f} s, seed {seed}: {driver.stopped}")
+        one = {"seed": seed, **measures(trace, has_fallen)}
+        # The columns of many long runs would need gigabytes; `size` alone needs them all.
+        keep = trace if options.command == "size" or number == 1 else None
+        found.append((keep, one))
+        if not options.quiet:
+            end = "fallen" if has_fallen else "up"
+            print(f"run {number} of {len(seeds)}: seed {seed}, {one['metres']:.2f} m in {one['seconds']:.1f} s, {end}", file=sys.stderr, flush=True)
+    return found  # type: ignore[return-value]
+
+
+def _table(all_runs: Dict[str, Any]) -> List[str]:
+    lines = [f"{all_runs['runs']} runs, {all_runs['falls']} falls; simulation, not shown on a robot"]
+    slip = all_runs["slip_share_mean"]
+    lines.append(
+        f"{all_runs['metres_mean']:.2f} m ({all_runs['metres_least']:.2f} to {all_runs['metres_most']:.2f}), {all_runs['steps_mean']:.1f} steps, "
+        + (f"slip {slip:.3f} m a metre" if slip is not None else "no way, so no slip")
+    )
+    lines.append(f"{'':12}{'output N m':>18}{'motor N m':>18}{'speed':>10}{'error':>10}")
+    lines.append(f"{'':12}{'peak':>9}{'rms':>9}{'peak':>9}{'rms':>9}{'deg/s':>10}{'deg rms':>10}")
+    for place, joint in enumerate(JOINTS):
+        torques = [all_runs[name][place] for name in ("output_peak_nm", "output_rms_nm", "motor_peak_nm", "motor_rms_nm")]
+        cells = "".join(f"{torque:9.3f}" for torque in torques)
+        lines.append(f"{joint:12}{cells}{all_runs['speed_peak_deg_s'][place]:10.0f}{all_runs['tracking_rms_deg'][place]:10.2f}")
+    return lines
+
+
+def _walk(options: argparse.Namespace) -> str:
+    runs = _runs(options)
+    if options.picture is not None:
+        title = f"{options.robot} on rig {options.rig}, {options.gait or 'default walk'}, seed {runs[0][1]['seed']}"
+        picture.strip(runs[0][0], options.picture, title)
+    found = together([one for _, one in runs])
+    if options.json:
+        return json.dumps({"simulation": True, "rig": options.rig, "robot": options.robot, "all": found, "each": [one for _, one in runs]})
+    return "\n".join(_table(found))
+
+
+def _size(options: argparse.Namespace) -> str:
+    if options.picture is not None:
+        raise InputError("--picture: `size` has none; allowed with `walk`")
+    robot = named(options.robot)
+    if robot.servo or options.servo:
+        rows = size.of_traces([trace for trace, _ in _runs(options)])
+        how = f"rig {options.rig}, with servos"
+    else:
+        rows = size.by_inverse_dynamics(robot, _generator(options.gait), options.secs)
+        how = "legs that hang and move along the gait, without servos"
+    if options.json:
+        return json.dumps({"simulation": True, "robot": options.robot, "how": how, "joints": rows})
+    lines = [f"{options.robot}, {how}; enough for 95 and for 100 % of the time; simulation", f"{'':12}{'torque N m':>18}{'speed deg/s':>18}"]
+    lines.append(f"{'':12}{'95 %':>9}{'100 %':>9}{'95 %':>9}{'100 %':>9}")
+    for row in rows:
+        torques = f"{row['torque_95_nm']:9.3f}{row['torque_100_nm']:9.3f}"
+        lines.append(f"{row['joint']:12}{torques}{row['speed_95_deg_s']:9.0f}{row['speed_100_deg_s']:9.0f}")
+    return "\n".join(lines)
+
+
+def _error(text: str) -> None:
+    print(f"error: {text}", file=sys.stderr)
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Runs the command line and returns its exit code; no unit."""
+    options = _parser().parse_args(arguments)
+    try:
+        if options.picture is not None and not os.path.isdir(os.path.dirname(os.path.abspath(options.picture))):
+            raise InputError(f"--picture {options.picture}: its folder does not exist; make it first")
+        print(_size(options) if options.command == "size" else _walk(options))
+    except (InputError, OSError) as error:
+        _error(str(error))
+        return 2
+    except (FootfallError, ImportError) as error:
+        _error(str(error))
+        return 1
+    except KeyboardInterrupt:
+        _error("stopped by the keyboard")
+        return 1
+    return 0

@@ -1,0 +1,95 @@
+"""What drives the servos: volts of the sensors in, servo frames out, one control period at a time."""
+
+import os
+from typing import List, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
+
+import numpy as np
+
+from .. import Generator, JointLoop
+from .._errors import FootfallError, InputError
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+class Frame(NamedTuple):
+    """The pulses of one servo frame."""
+
+    time_s: float
+    """Their rising edge, s from the first frame on."""
+    us: Tuple[float, float, float, float]
+    """Width for each joint, in the order of ``JOINTS``, us."""
+
+
+class Driver(Protocol):
+    """A controller of the four servos."""
+
+    def arm(self, volts: Sequence[float]) -> List[Frame]:
+        """Starts it and arms it, while somebody holds the body: the sensors have these volts, V. Returns the first servo frame, at 0 s."""
+
+    def step(self, us: int, volts: Sequence[float]) -> List[Frame]:
+        """Goes on for a time, us, with these volts at the sensors, V, and returns the servo frames that ended; widths in us."""
+
+
+class LoopDriver:
+    """The control loop of the boards, computed by this package: the same setpoints and pulses as the board's, bit for bit.
+
+    ``generator``: the default walk without it; ``robot``: a robot file; ``sensors``: pairs of a joint and its sensor file, as for ``JointLoop``. The
+    servo frames have the board's 20 ms.
+    """
+
+    #: Volts of the board's supply and the converter's reading of its reference at it, for the typical factory code of 1502 at 3.3 V.
+    _SUPPLY_V, _VREFINT = 3.0, 1652
+    _FRAME_TICKS = 20
+    #: Of the oscillator that the board measures, Hz.
+    _WATCHDOG_HZ = 32_000
+
+    def __init__(
+        self,
+        generator: Optional[Generator] = None,
+        *,
+        robot: Optional[Path] = None,
+        sensors: Optional[Sequence[Tuple[str, Optional[Path]]]] = None,
+    ) -> None:
+        self._loop = JointLoop(generator, robot=robot, sensors=sensors)
+        self._ticks = 0
+        self._first: Optional[int] = None
+
+    def _tick(self, volts: Sequence[float], *, button: bool = False, stop: bool = False) -> Optional[Frame]:
+        """One control period; a servo frame if one ends in it."""
+        codes = [min(4095, max(0, int(volt / self._SUPPLY_V * 4096.0))) for volt in volts]
+        clock = self._WATCHDOG_HZ if self._ticks == 0 else None
+        tick = self._loop.tick(codes, self._VREFINT, button=button, faults=["break_input"] if stop else [], watchdog_hz=clock)
+        self._ticks += 1
+        pulses = tick.pulses_us
+        if not pulses[0]:
+            return None
+        if self._first is None:
+            self._first = self._ticks
+        since = self._ticks - self._first
+        if since % self._FRAME_TICKS:
+            return None
+        hip, other_hip, knee, other_knee = (float(width) for width in pulses)
+        return Frame(since / 1000.0, (hip, other_hip, knee, other_knee))
+
+    def arm(self, volts: Sequence[float]) -> List[Frame]:
+        """The emergency stop is tested, and the button is held for 0.5 s; V at the sensors, the first servo frame at 0 s."""
+        # Held by a person, a sensor is never quite still; one that is would be reported as stuck.
+        tremble = np.random.default_rng(0).normal(0.0, 0.004, (2000, len(volts)))
+        for at in range(2000):
+            held = [volt + float(shake) for volt, shake in zip(volts, tremble[at])]
+            frame = self._tick(held, button=100 <= at < 700, stop=25 <= at < 50)
+            if frame is not None:
+                return [frame]
+        raise FootfallError(f"the control loop does not arm: its state is {self._loop.state}, the cause {self._loop.cause}")
+
+    def step(self, us: int, volts: Sequence[float]) -> List[Frame]:
+        """Goes on for a time, us, a whole number of control periods; V at the sensors."""
+        if us <= 0 or us % 1000:
+            raise InputError(f"us = {us}: allowed is a whole number of milliseconds, 1000 or more")
+        frames = (self._tick(volts) for _ in range(us // 1000))
+        return [frame for frame in frames if frame is not None]
+
+    @property
+    def stopped(self) -> Optional[str]:
+        """Why the outputs are off; ``None`` while they are on. No unit."""
+        return None if self._loop.last.pulses_us[0] else self._loop.cause

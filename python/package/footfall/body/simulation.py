@@ -1,0 +1,231 @@
+"""One run: servo frames drive the servos, the servos the body, and the body's joints the sensors; 1 ms a step."""
+
+import math
+import os
+from dataclasses import dataclass
+from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import JOINTS, Servo, robot as servo_maps
+from .._errors import InputError
+from ._extra import mujoco
+from .drivers import Driver, Frame
+from .model import STEP_S, compiled, mjcf
+from .robots import Robot
+from .seeds import Variation
+from .sensor import Sensors
+
+Path = Union[str, "os.PathLike[str]"]
+Floats = npt.NDArray[np.float64]
+
+#: The joint that has a sensor on a board without sensor files.
+DEFAULT_SENSORS: Tuple[Tuple[str, Optional[Path]], ...] = (("left_knee", None),)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What happened, one row a millisecond from the first servo frame on; arrays of joints have the order of ``JOINTS``."""
+
+    robot: Robot
+    rig: str
+    """No unit."""
+    time_s: Floats
+    """Shape (n,), s."""
+    trunk: Floats
+    """Way forwards (m), height of the hip over that of a straight leg (m), lean forwards (rad); shape (n, 3)."""
+    angles_rad: Floats
+    """Shape (n, 4), rad."""
+    speeds_rad_s: Floats
+    """Shape (n, 4), rad/s."""
+    targets_rad: Floats
+    """Angles of the last pulses, shape (n, 4), rad."""
+    motor_nm: Floats
+    """Torque of the motors at the shaft, before rotor and friction, shape (n, 4), N m."""
+    output_nm: Floats
+    """Torque on the leg, after rotor and friction, shape (n, 4), N m."""
+    load_n: Floats
+    """Normal force of each foot, left and right, shape (n, 2), N."""
+    slide_m: Floats
+    """Way that a loaded foot slid on the floor in the step, left and right, shape (n, 2), m."""
+    pulses_us: Floats
+    """Widths of the servo frames, shape (frames, 4), us."""
+    mass_kg: float
+    """Of this body, kg."""
+
+
+@dataclass(frozen=True)
+class _Mounted:
+    """A servo on its joint."""
+
+    servo: Servo
+    neutral_us: float
+    at_neutral_rad: float
+    us_per_rad: float
+    trim_rad: float
+    sign: float
+
+    def torque(self, time_s: float, angle: float, speed: float) -> float:
+        """Torque on the joint, N m."""
+        shaft = ((self.neutral_us - 1500.0) + (angle + self.trim_rad - self.at_neutral_rad) * self.us_per_rad) / abs(self.us_per_rad)
+        return self.sign * self.servo.torque(time_s, shaft, self.sign * speed)
+
+    def target(self, us: float) -> float:
+        """The joint's angle of a pulse, without trim, rad."""
+        return self.at_neutral_rad + (us - self.neutral_us) / self.us_per_rad
+
+
+class Body:
+    """A robot on a rig, with servos at its joints. ``robot_file``: servo map and limits; ``servo``: another one than the robot's, by name."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        rig: str,
+        *,
+        variation: Variation = Variation(),
+        servo: Optional[str] = None,
+        supply_v: Optional[float] = None,
+        robot_file: Optional[Path] = None,
+        step_s: float = STEP_S,
+    ) -> None:
+        name = servo or robot.servo
+        if not name:
+            raise InputError(f"robot = '{robot.name}': no modelled servo moves it; allowed is `size`, which asks for its torque")
+        self._module = mujoco()
+        maps = servo_maps(robot_file)
+        volts = robot.supply_v if supply_v is None else supply_v
+        self.servos: List[_Mounted] = []
+        for place, joint in enumerate(JOINTS):
+            one = maps[joint]
+            built = Servo(
+                name, supply_v=volts, us_per_rad=abs(one["us_per_rad"]), band_deg=variation.band_deg, stall_factor=variation.stall_factor
+            )
+            trim = math.radians(variation.trim_deg[place])
+            sign = math.copysign(1.0, one["us_per_rad"])
+            self.servos.append(_Mounted(built, one["neutral_us"], one["at_neutral_rad"], one["us_per_rad"], trim, sign))
+        self.robot, self.rig, self.step_s = robot, rig, step_s
+        first = self.servos[0].servo
+        self._friction_nm, self._rotor = first.friction_nm, first.rotor_kg_m2
+        text = mjcf(robot, rig, maps, variation=variation, rotor_kg_m2=self._rotor, friction_nm=self._friction_nm, step_s=step_s)
+        self.model: Any = compiled(text)
+        self.data: Any = self._module.MjData(self.model)
+        joints = [self.model.joint(joint) for joint in JOINTS]
+        # Numpy's integers, so that they index arrays.
+        self._angles = np.array([joint.qposadr[0] for joint in joints])
+        self._speeds = np.array([joint.dofadr[0] for joint in joints])
+        self._feet = [self.model.body(f"{side}_shank").id for side in ("left", "right")]
+        self._trunk = {name: self.model.joint(name).qposadr[0] for name in ("x", "z", "pitch") if rig != "hung" and (name != "pitch" or rig == "free")}
+        pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
+        self._held_lean = 0.0 if rig == "free" else math.radians(variation.pitch_deg)
+        self._stand(pose, math.radians(variation.pitch_deg))
+
+    def _stand(self, pose: Sequence[float], pitch: float) -> None:
+        """The first pose, with the lower foot on the floor."""
+        self.data.qpos[self._angles] = pose
+        if "pitch" in self._trunk:
+            self.data.qpos[self._trunk["pitch"]] = pitch
+        self._module.mj_forward(self.model, self.data)
+        if "z" in self._trunk:
+            balls = self.model.geom_type == self._module.mjtGeom.mjGEOM_SPHERE
+            self.data.qpos[self._trunk["z"]] -= float((self.data.geom_xpos[balls, 2] - self.model.geom_size[balls, 0]).min())
+            self._module.mj_forward(self.model, self.data)
+
+    @property
+    def angles(self) -> Floats:
+        """Angles of the joints, rad, shape (4,)."""
+        values: Floats = self.data.qpos[self._angles]
+        return values
+
+    def pulse(self, joint: int, ended_s: float, us: float) -> None:
+        """Gives the servo of a joint, by its place in ``JOINTS``, a pulse (us) that ends at a time (s)."""
+        self.servos[joint].servo.pulse(ended_s, us)
+
+    def step(self, time_s: float, push_n: float = 0.0) -> Tuple[Floats, Floats]:
+        """Goes on by a step, with a push (N, forwards) at the trunk's centre of mass; the torques of the motors and on the legs, N m, shape (4,)."""
+        data, module = self.data, self._module
+        angles, speeds = data.qpos[self._angles].tolist(), data.qvel[self._speeds].tolist()
+        motor = np.array([servo.torque(time_s, angle, speed) for servo, angle, speed in zip(self.servos, angles, speeds)])
+        data.qfrc_applied[self._speeds] = motor
+        data.xfrc_applied[1, 0] = push_n
+        module.mj_step(self.model, data)
+        rub = np.zeros(self.model.nv)
+        kinds = data.efc_type[: data.nefc]
+        friction = kinds == module.mjtConstraint.mjCNSTR_FRICTION_DOF
+        rub[data.efc_id[: data.nefc][friction]] = data.efc_force[: data.nefc][friction]
+        return motor, motor + rub[self._speeds] - self._rotor * data.qacc[self._speeds]
+
+    def feet(self) -> Tuple[List[float], List[float]]:
+        """Normal force (N) of each foot, and the way (m) that its lowest point slid in the last step if it is loaded."""
+        data, module = self.data, self._module
+        load, slide, deepest = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+        force, jacobian = np.zeros(6), np.zeros((3, self.model.nv))
+        for index in range(data.ncon):
+            contact = data.contact[index]
+            foot = self._feet.index(int(max(self.model.geom_bodyid[contact.geom])))
+            module.mj_contactForce(self.model, data, index, force)
+            load[foot] += float(force[0])
+            if force[0] > 0.0 and float(contact.dist) < deepest[foot]:
+                deepest[foot] = float(contact.dist)
+                module.mj_jac(self.model, data, jacobian, None, contact.pos, self._feet[foot])
+                slide[foot] = abs(float(jacobian[0] @ data.qvel)) * self.step_s
+        return load, slide
+
+    def trunk(self) -> Tuple[float, float, float]:
+        """Way forwards (m), height of the hip over that of a straight leg (m), lean forwards (rad)."""
+        at = {name: float(self.data.qpos[place]) for name, place in self._trunk.items()}
+        return at.get("x", 0.0), at.get("z", 0.0), at.get("pitch", self._held_lean)
+
+
+def run(
+    body: Body,
+    driver: Driver,
+    seconds: float,
+    *,
+    seed: int = 0,
+    sensors: Sequence[Tuple[str, Optional[Path]]] = DEFAULT_SENSORS,
+    until: Optional[Callable[[Body], bool]] = None,
+) -> Trace:
+    """Runs a body with a driver for a time, s, from the first servo frame on; the body is held in its first pose until then.
+
+    ``until``: ends the run early where it is true, asked each millisecond. ``seed``: of the noise of the sensors.
+    """
+    if not 0.1 <= seconds <= 3600.0:
+        raise InputError(f"seconds = {seconds}: allowed is 0.1 to 3600 s")
+    ticks = round(seconds * 1000.0)
+    substeps = round(0.001 / body.step_s)
+    if substeps < 1 or abs(substeps * body.step_s - 0.001) > 1e-12:
+        raise InputError(f"step_s = {body.step_s}: allowed is a whole part of 0.001 s, the control period")
+    volts = Sensors(sensors, seed)
+    columns: List[List[Any]] = [[] for _ in range(8)]
+    pulses: List[Tuple[float, ...]] = []
+    frames: List[Frame] = driver.arm(volts.volts(body.angles.tolist()))
+    waiting: List[Tuple[float, int, float]] = []
+    targets = body.angles.tolist()
+    for tick in range(ticks):
+        for frame in frames:
+            pulses.append(frame.us)
+            waiting += [(frame.time_s + us / 1e6, joint, us) for joint, us in enumerate(frame.us)]
+        # A servo knows the width of a pulse at its end.
+        for ended_s, joint, us in [pulse for pulse in waiting if pulse[0] <= tick / 1000.0]:
+            body.pulse(joint, ended_s, us)
+            targets[joint] = body.servos[joint].target(us)
+        waiting = [pulse for pulse in waiting if pulse[0] > tick / 1000.0]
+        motor, output, slid = np.zeros(4), np.zeros(4), [0.0, 0.0]
+        for part in range(substeps):
+            motor, output = body.step(tick / 1000.0 + part * body.step_s)
+            load, slide = body.feet()
+            slid = [sum(pair) for pair in zip(slid, slide)]
+        row = (body.trunk(), body.angles, body.data.qvel[body._speeds].copy(), tuple(targets), motor, output, load, slid)
+        for column, value in zip(columns, row):
+            column.append(value)
+        if until is not None and until(body):
+            break
+        frames = driver.step(1000, volts.volts(body.angles.tolist()))
+    trunk, angles, speeds, goals, motors, outputs, loads, slides = (np.array(column, dtype=np.float64) for column in columns)
+    time_s = (np.arange(len(trunk)) + 1) / 1000.0
+    mass = float(body.model.body_mass.sum())
+    return Trace(
+        body.robot, body.rig, time_s, trunk, angles, speeds, goals, motors, outputs, loads, slides, np.array(pulses, dtype=np.float64), mass
+    )

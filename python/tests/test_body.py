@@ -1,0 +1,211 @@
+"""The simulated body: its physics against closed forms, and walks on each rig. All of it is simulation."""
+
+import dataclasses
+import math
+from typing import Any, Dict, Tuple
+
+import numpy as np
+import pytest
+
+import footfall
+
+mujoco: Any = pytest.importorskip("mujoco")
+body = pytest.importorskip("footfall.body")
+from footfall.body.model import GRAVITY_M_S2, arc, compiled, mjcf  # noqa: E402
+from footfall.body.robots import DESK, MINI, person  # noqa: E402
+
+LIMITS = footfall.robot()
+
+
+def passive(rig: str, **options: Any) -> Tuple[Any, Any]:
+    """A body without motors and friction of gears."""
+    model = compiled(mjcf(DESK, rig, LIMITS, **options))
+    return model, mujoco.MjData(model)
+
+
+def energy(model: Any, data: Any) -> float:
+    """Potential and kinetic energy, J."""
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    mujoco.mj_forward(model, data)
+    return float(data.energy.sum())
+
+
+def test_the_masses_and_lengths_are_those_of_the_description() -> None:
+    for robot, mass in ((DESK, 1.2), (MINI, 0.3), (person(), 70.0)):
+        model = compiled(mjcf(robot, "free", LIMITS))
+        assert robot.mass_kg == pytest.approx(mass) and float(model.body_mass.sum()) == pytest.approx(mass)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        balls = model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE
+        # With straight legs the arc's lowest ball touches the floor: within the sag between two balls.
+        assert abs(float((data.geom_xpos[balls, 2] - model.geom_size[balls, 0]).min())) < 1e-4
+
+
+def test_a_flexed_hip_is_in_front_and_a_flexed_knee_behind() -> None:
+    model, data = passive("hung")
+    for joint, sign in (("left_hip", 1.0), ("left_knee", -1.0)):
+        data.qpos[:] = 0.0
+        data.qpos[model.joint(joint).qposadr[0]] = 0.3
+        mujoco.mj_forward(model, data)
+        before = data.body("right_shank").xipos[0]
+        assert sign * (data.body("left_shank").xipos[0] - before) > 0.01, joint
+
+
+def test_a_hanging_shank_swings_with_the_period_of_a_pendulum() -> None:
+    model, data = passive("hung", contact=False)
+    place, shank = model.joint("left_knee").qposadr[0], model.body("left_shank").id
+    hip = model.joint("left_hip").dofadr[0]
+    model.dof_armature[hip] = 1e6  # The thigh stands.
+    mass, (x, _, z) = float(model.body_mass[shank]), (float(value) for value in model.body_ipos[shank])
+    arm, inertia = math.hypot(x, z), float(model.body_inertia[shank][1])
+    rest = math.atan2(x, -z)  # The knee's angle at which the centre of mass is below it.
+    data.qpos[place] = rest + 0.02
+    angles = []
+    for _ in range(3000):
+        mujoco.mj_step(model, data)
+        angles.append(float(data.qpos[place]) - rest)
+    falls = [n + angles[n] / (angles[n] - angles[n + 1]) for n in range(2999) if angles[n] > 0.0 >= angles[n + 1]]
+    period = (falls[-1] - falls[0]) / (len(falls) - 1) / 1000.0
+    want = 2.0 * math.pi * math.sqrt((inertia + mass * arm**2) / (mass * GRAVITY_M_S2 * arm))
+    assert period == pytest.approx(want, rel=1e-3)
+
+
+def test_a_dropped_body_falls_freely_and_then_weighs_what_it_weighs() -> None:
+    # Rotors so heavy that the joints stand.
+    model = compiled(mjcf(DESK, "boom", LIMITS, rotor_kg_m2=1e4))
+    data = mujoco.MjData(model)
+    place = model.joint("z").qposadr[0]
+    data.qpos[place] = 0.02
+    for _ in range(50):
+        mujoco.mj_step(model, data)
+    # Semi-implicit Euler falls g h^2 n (n + 1) / 2, which is the closed form as the step goes to 0.
+    assert data.qpos[place] == pytest.approx(0.02 - GRAVITY_M_S2 * 1e-6 * 50 * 51 / 2, abs=1e-9)
+    for _ in range(1500):
+        mujoco.mj_step(model, data)
+    force, load = np.zeros(6), 0.0
+    for index in range(data.ncon):
+        mujoco.mj_contactForce(model, data, index, force)
+        load += float(force[0])
+    assert load == pytest.approx(1.2 * GRAVITY_M_S2, rel=1e-3)
+    assert -0.001 < data.qpos[place] < 0.0005, "a millimetre of the contact's softness at most"
+
+
+def drift(step_s: float) -> Tuple[float, float, float, float]:
+    """Of a passive body that floats without gravity for 0.4 s: changes of energy (J), momentum (kg m/s) and spin (kg m^2/s), and its energy (J)."""
+    model, data = passive("free", contact=False, step_s=step_s)
+    # Gravity would add the integrator's error of a free fall, which the dropped body shows.
+    model.opt.gravity[:] = 0.0
+    # Motions in which no end stop is reached.
+    data.qpos[model.joint("left_hip").qposadr[0]], data.qpos[model.joint("right_knee").qposadr[0]] = 0.3, 0.8
+    data.qvel[:] = [0.5, 1.0, 0.4, -0.6, 0.5, 0.3, 0.2]
+    before = energy(model, data)
+    mujoco.mj_subtreeVel(model, data)
+    momentum, spin = data.subtree_linvel[0].copy() * 1.2, float(data.subtree_angmom[0][1])
+    for _ in range(round(0.4 / step_s)):
+        mujoco.mj_step(model, data)
+    after = energy(model, data)
+    mujoco.mj_subtreeVel(model, data)
+    lost = np.abs(data.subtree_linvel[0] * 1.2 - momentum).max()
+    return abs(after - before), float(lost), abs(float(data.subtree_angmom[0][1]) - spin), before
+
+
+def test_energy_and_momentum_of_a_passive_body_that_floats_stay() -> None:
+    lost_j, momentum, spin, whole_j = drift(0.001)
+    assert lost_j < 1e-4 * whole_j and momentum < 1e-4 and spin < 1e-5, (lost_j, momentum, spin, whole_j)
+    # What is lost is the integrator's: half of the step loses half of it.
+    assert drift(0.0005)[0] == pytest.approx(lost_j / 2.0, rel=0.1)
+
+
+def test_the_arc_rolls_without_slipping() -> None:
+    """A wheel's law: a shank that turns by an angle moves the arc's middle by the radius times the angle."""
+    middle = [(x, z + DESK.shank.length_m - DESK.foot.radius_m) for x, z in arc(DESK.shank, DESK.foot)]
+    radii = [math.hypot(x - DESK.foot.forward_m, z) + 0.004 for x, z in middle]
+    assert np.ptp(radii) < 1e-12 and radii[0] == pytest.approx(DESK.foot.radius_m)
+    length = sum(math.dist(a, b) for a, b in zip(middle, middle[1:])) * DESK.foot.radius_m / (DESK.foot.radius_m - 0.004)
+    assert length == pytest.approx(DESK.foot.length_m, rel=1e-3)
+
+
+@pytest.mark.parametrize("rig", ["boom", "free"])
+def test_way_and_height_are_along_the_floor_whatever_the_lean(rig: str) -> None:
+    one = body.Body(DESK, rig, variation=body.Variation(pitch_deg=20.0))
+    x, z, lean = one.trunk()
+    start = one.data.body("trunk").xpos.copy()
+    assert lean == pytest.approx(math.radians(20.0)) and start[2] == pytest.approx(DESK.hip_m + z)
+    for tick in range(100):
+        one.step(tick / 1000.0)
+    mujoco.mj_forward(one.model, one.data)
+    moved = one.data.body("trunk").xpos - start
+    assert moved[[0, 2]] == pytest.approx([one.trunk()[0] - x, one.trunk()[1] - z], abs=1e-12) and moved[2] < -0.0005
+
+
+def walk(rig: str, seconds: float, *, seed: int = 0, kind: str = "standard", robot: Any = DESK, **options: Any) -> Tuple[Any, Dict[str, Any]]:
+    """A run with the control loop of the boards and the default walk."""
+    one = body.Body(robot, rig, variation=body.variation(seed, kind), **options)
+    trace = body.run(one, body.LoopDriver(), seconds, seed=seed, until=body.fallen)
+    return trace, body.measures(trace, body.fallen(one))
+
+
+def test_runs_are_equal_to_the_bit_and_seeds_differ() -> None:
+    (first, _), (again, _), (other, _) = walk("boom", 1.0), walk("boom", 1.0), walk("boom", 1.0, seed=1)
+    for field in dataclasses.fields(first):
+        if isinstance(getattr(first, field.name), np.ndarray):
+            assert np.array_equal(getattr(first, field.name), getattr(again, field.name)), field.name
+    assert not np.array_equal(first.trunk, other.trunk)
+
+
+def test_the_pulses_are_those_of_the_control_loop() -> None:
+    trace, _ = walk("hung", 2.0)
+    walking = trace.pulses_us
+    assert walking[0].tolist() == [1500.0, 1500.0, 1056.0, 1944.0] and len(walking) == 100
+    # A target is the angle of a pulse: the default robot's map, from docs/boards.md.
+    hip = (walking[-2, 0] - 1500.0) / 636.62
+    assert trace.targets_rad[-20:, 0].min() <= hip + 0.05 and np.abs(trace.targets_rad[:, 0]).max() > 0.3
+
+
+def test_hung_the_joints_follow_their_pulses() -> None:
+    _, found = walk("hung", 5.0)
+    assert found["metres"] == 0.0 and found["steps"] == 0
+    assert max(found["tracking_rms_deg"]) < TRACKING_DEG and min(found["tracking_rms_deg"]) > TRACKING_DEG / 4.0
+
+
+#: Bound of docs/body.md, degrees rms.
+TRACKING_DEG = 3.0
+
+
+def test_on_the_boom_the_default_walk_walks() -> None:
+    _, found = walk("boom", 5.0)
+    assert not found["fallen"] and found["metres"] > 1.0 and found["steps"] >= 6
+    assert found["slip_share"] < 0.15
+
+
+def test_half_the_step_walks_as_far() -> None:
+    _, whole = walk("boom", 4.0)
+    _, half = walk("boom", 4.0, step_s=0.0005)
+    assert half["metres"] == pytest.approx(whole["metres"], rel=0.015)
+
+
+def test_without_supply_it_falls() -> None:
+    _, found = walk("boom", 3.0, supply_v=0.0)
+    assert found["fallen"] and found["metres"] < 0.2
+
+
+def test_free_in_the_plane_the_default_walk_falls() -> None:
+    _, found = walk("free", 3.0)
+    assert found["fallen"] and found["seconds"] < 3.0
+
+
+def test_wrong_values_say_what_is_allowed() -> None:
+    wrong = [
+        lambda: body.named("hexapod"),
+        lambda: body.variation(-1),
+        lambda: body.variation(1, "wild"),
+        lambda: body.Body(DESK, "rail"),
+        lambda: body.Body(DESK, "boom", supply_v=12.0),
+        lambda: body.run(body.Body(DESK, "hung"), body.LoopDriver(), 0.0),
+        lambda: body.run(body.Body(DESK, "hung", step_s=0.0007), body.LoopDriver(), 1.0),
+        lambda: body.LoopDriver().step(1500, [1.0]),
+        lambda: body.Body(person(), "boom"),
+    ]
+    for make in wrong:
+        with pytest.raises(footfall.InputError, match="allowed"):
+            make()
