@@ -462,7 +462,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 23] = [
+const IMAGE_TESTS: [&str; 24] = [
     "virtual_board",
     "fits",
     "board_black_pill",
