@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn without_accelerator_each_line_costs_the_wait_states() {
         let mut flash = Flash::new(Control { wait_states: 5, ..Control::default() }, Prefetched::NotCached);
-        let stalls = [0, 1, 2, 1, 1].map(|line| flash.fetch(line, u64::from(line) * 100));
+        let stalls = [(0, 0), (1, 100), (2, 200), (1, 300), (1, 400)].map(|(line, now)| flash.fetch(line, now));
         assert_eq!(stalls, [5, 5, 5, 5, 0]);
     }
 

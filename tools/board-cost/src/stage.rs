@@ -183,3 +183,28 @@ impl Stages {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_innermost_function_that_a_rule_names_decides() {
+        let mut stages = Stages::default();
+        let mut of = |names: &[&str]| stages.of(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>());
+        let tick = "<joint_loop::control::tick::JointLoop<joint_loop::generator::BoardGenerator, 4>>::tick";
+        let step = "firmware::tasks::control::control_step";
+        let gate = "<joint_loop::motion::gate::Gate>::limit";
+        assert_eq!(of(&["core::num::isqrt", gate, tick, step]), Some(Stage::Gate));
+        assert_eq!(of(&["<joint_loop::motion::gate::Gate>::limit::{closure#0}", tick, step]), Some(Stage::Tick));
+        assert_eq!(of(&["wire::codec::encode"]), Some(Stage::Wire));
+        assert_eq!(of(&["compiler_builtins::mem::memcpy"]), None);
+        assert_eq!(of(&["joint_loop::control::supervisor::next_to"]), None);
+    }
+
+    #[test]
+    fn a_rule_that_names_no_code_is_an_error() {
+        let error = Stages::default().check().unwrap_err().to_string();
+        assert!(error.contains(TELEMETRY_STEP) && error.contains("stage.rs"), "{error}");
+    }
+}
