@@ -4,6 +4,9 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
+/// The boards, as cargo names their features.
+const BOARDS: [&str; 3] = ["F4_DISCOVERY", "NUCLEO_F446RE", "BLACK_PILL_F411"];
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=../memory.x");
@@ -13,6 +16,12 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::copy("../memory.x", out.join("memory.x")).expect("copy ../memory.x to OUT_DIR");
     println!("cargo:rustc-link-search={}", out.display());
+    // Names the board in the ELF file, as a symbol of the value 0: a program that runs or reads the file knows what it is for.
+    for (name, _) in env::vars() {
+        if let Some(feature) = name.strip_prefix("CARGO_FEATURE_").filter(|feature| BOARDS.contains(feature)) {
+            println!("cargo:rustc-link-arg-bins=--defsym=__board_{}=0", feature.to_lowercase());
+        }
+    }
     // Only the program takes them: a host tool or a test of the library must not.
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");

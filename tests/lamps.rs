@@ -1,11 +1,11 @@
 //! The lamps of the flashed image, on the virtual board: the pattern of each state, and of each reason why the board stays off.
 
 use firmware::board::f4_discovery::BOARD;
-use firmware::board::{GENERATOR_SECTOR, Pin, ROBOT_SECTOR, SENSORS_SECTOR};
-use firmware::lamp::{Lamp, Shown};
+use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
+use firmware::lamp::Shown;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::ARM;
-use footfall_tests::recordings::default_volts_file;
+use footfall_tests::lamps::Lamps;
 use generator_file::file::GeneratorFile;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::{generator_record, sensor_record};
@@ -25,62 +25,9 @@ fn main() -> ExitCode {
     ])
 }
 
-/// The levels of both lamps at each millisecond of a run.
-struct Lamps {
-    levels: [Vec<bool>; 2],
-}
-
-const LAMPS: [Lamp; 2] = [Lamp::Pulses, Lamp::Fault];
-
 /// Runs a board for so many seconds with these options.
 fn run(board: &Board, secs: f64, options: &[&str]) -> (Lamps, Ran) {
-    let folder = tempfile::tempdir().unwrap();
-    let pins = [BOARD.led_pulses, BOARD.led_fault].map(|pin| pin.expect("this board has two"));
-    let files = pins.map(|pin: Pin| folder.path().join(format!("{pin}.csv")));
-    let mut all = vec!["--secs".to_owned(), secs.to_string(), "--loop".into()];
-    all.extend(["--volts".into(), default_volts_file().display().to_string()]);
-    for (pin, file) in pins.iter().zip(&files) {
-        all.extend(["--record-edges".into(), format!("{pin}={}", file.display())]);
-    }
-    all.extend(options.iter().map(|option| (*option).to_owned()));
-    let ran = board.run(&all);
-    let levels = files.map(|file| levels(&file, secs));
-    (Lamps { levels }, ran)
-}
-
-/// The level of a pin in the middle of each millisecond, from its edges.
-fn levels(file: &Path, secs: f64) -> Vec<bool> {
-    let text = std::fs::read_to_string(file).unwrap();
-    let mut edges = text.lines().skip(1).map(|line| line.split_once(',').unwrap()).peekable();
-    let mut level = false;
-    let at = |ms: usize| (ms as f64 + 0.5) * 1e-3;
-    let mut after = |ms: usize| {
-        while let Some((_, new)) = edges.next_if(|(t_s, _)| t_s.parse::<f64>().unwrap() <= at(ms)) {
-            level = new == "1";
-        }
-        level
-    };
-    (0..(secs * 1e3) as usize).map(&mut after).collect()
-}
-
-impl Lamps {
-    /// From `from_ms` to the end the lamps show this, with the pattern's beginning anywhere.
-    fn assert_shown(&self, shown: Shown, from_ms: usize) {
-        let seen = |lamp: usize| &self.levels[lamp][from_ms..];
-        let is_shown = |begin: u32| {
-            LAMPS.iter().enumerate().all(|(index, lamp)| {
-                let is_wanted = |ms: usize| shown.lit(begin + ms as u32) == Some(*lamp);
-                // A change may be seen a millisecond early or late.
-                let is_near =
-                    |ms: usize| (ms.saturating_sub(1)..=ms + 1).any(|near| is_wanted(near) == seen(index)[ms]);
-                (0..seen(index).len()).all(is_near)
-            })
-        };
-        assert!(seen(0).len() > 2_500, "{shown:?}: too short to see a pattern");
-        assert!((0..3_200).any(is_shown), "{shown:?} is not what the lamps show");
-        let lit = |lamp: usize| seen(lamp).iter().filter(|lit| **lit).count();
-        assert!(lit(0) + lit(1) > 0 && (lit(0) == 0 || lit(1) == 0), "{shown:?}: {} and {} ms", lit(0), lit(1));
-    }
+    Lamps::of_run(&BOARD, board, secs, options)
 }
 
 fn disarmed_and_armed_boards_show_it() {

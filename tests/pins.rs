@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use firmware::board::black_pill_f411::BOARD as BLACK_PILL;
 use firmware::board::f4_discovery::BOARD as DISCOVERY;
 use firmware::board::{BOARDS, Board, GENERATOR_SECTOR, Pin, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
 use footfall::board::default_loop::SENSOR_PINS;
@@ -72,13 +73,13 @@ fn the_page_has_the_lamps_of_the_firmware() {
     assert_eq!(rows, rows_below(&module, "//! ", heading));
     assert_eq!(rows.len(), 12);
     let lamps = DISCOVERY.led_pulses.into_iter().chain(DISCOVERY.led_fault);
-    assert!(lamps.chain(BOARDS[1].led_pulses).all(|pin| page.contains(pin.name)));
+    assert!(lamps.chain(BOARDS[1].led_pulses).chain(BOARDS[2].led_pulses).all(|pin| page.contains(pin.name)));
 }
 
 #[test]
 fn the_drawing_of_the_wiring_has_the_pins_of_the_board_files() {
     let drawing = read("docs/wiring.svg");
-    let [discovery, nucleo] = BOARDS;
+    let [discovery, nucleo, _] = BOARDS;
     for (one, other) in discovery.servos.iter().zip(&nucleo.servos) {
         assert!(drawing.contains(&format!(">{one} / {other}<")), "{one} / {other}");
     }
@@ -102,20 +103,33 @@ fn the_table_of_pins_is_that_of_the_board_files() {
 }
 
 #[test]
-fn the_virtual_board_has_the_pins_of_the_discovery() {
-    let pulses = read("tools/virtual-board/src/pulses.rs");
-    let servos = DISCOVERY.servos.map(|pin| format!("Pin::new('{:?}', {})", pin.port, pin.number));
-    let line = format!("match ({}) {{", servos.join(", "));
-    assert!(pulses.contains(&line), "tools/virtual-board/src/pulses.rs lacks `{line}`");
-    let rail =
-        format!("RAIL: Pin = match Pin::new('{:?}', {})", DISCOVERY.servo_rail.port, DISCOVERY.servo_rail.number);
-    assert!(pulses.contains(&rail), "tools/virtual-board/src/pulses.rs lacks `{rail}`");
+fn the_virtual_board_has_the_pins_of_the_boards() {
+    let modelled = read("tools/virtual-board/src/modelled_board.rs");
+    let pin = |pin: Pin| format!("pin('{:?}', {})", pin.port, pin.number);
+    for (name, board) in [("DISCOVERY", &DISCOVERY), ("BLACK_PILL", &BLACK_PILL)] {
+        let [servos, rail, button] = [board.servos.map(pin).join(", "), pin(board.servo_rail), pin(board.button)];
+        let (pressed, open) = (board.button_pressed, !board.button_is_held);
+        let wiring = format!(
+            "const {name}: Wiring = Wiring {{\n    servos: [{servos}],\n    rail: {rail},\n    button: {button},\n    pressed: {pressed},\n    \
+             open: {open},\n}};"
+        );
+        assert!(modelled.contains(&wiring), "tools/virtual-board/src/modelled_board.rs lacks\n{wiring}");
+        assert!(modelled.contains(&format!("\"{}\"", board.name)), "{}", board.name);
+        assert_eq!(board.emergency_stop, DISCOVERY.emergency_stop, "one pin for every board");
+    }
     let plant = read("tools/virtual-board/src/plant.rs");
-    let button = format!("BUTTON: Pin = match Pin::new('{:?}', {})", DISCOVERY.button.port, DISCOVERY.button.number);
-    assert!(plant.contains(&button), "tools/virtual-board/src/plant.rs lacks `{button}`");
     let stop = DISCOVERY.emergency_stop;
     let stop = format!("EMERGENCY_STOP: Pin = match Pin::new('{:?}', {})", stop.port, stop.number);
     assert!(plant.contains(&stop), "tools/virtual-board/src/plant.rs lacks `{stop}`");
+}
+
+/// The build names the board in the ELF file, from this list.
+#[test]
+fn the_build_knows_every_board() {
+    let build = read("firmware/build.rs");
+    let names = BOARDS.map(|board| format!("{:?}", board.name.to_uppercase().replace('-', "_")));
+    let list = format!("const BOARDS: [&str; {}] = [{}];", names.len(), names.join(", "));
+    assert!(build.contains(&list), "firmware/build.rs lacks `{list}`");
 }
 
 #[test]

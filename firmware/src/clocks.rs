@@ -1,6 +1,4 @@
-//! Starts the 168 MHz clock from the 8 MHz HSE, with a bounded wait, and the flash accelerator, which the HAL leaves off.
-//!
-//! HSE / 4 * 168 / 2 = 168 MHz; APB1 42 MHz (timers 84), APB2 84 MHz (timers 168), 48 MHz spare on Q.
+//! Starts the board's clocks from HSE ([`firmware::board::ClockTree`]), with a bounded wait, and the flash accelerator, which the HAL leaves off.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -10,15 +8,19 @@ use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
 use embassy_stm32::time::Hertz;
-use firmware::board::{BOARD, Hse};
+use firmware::board::{BOARD, ClockTree, Hse};
 use firmware::crystal::HseFault;
 
 use crate::crystal_timer;
 
+const CLOCKS: ClockTree = BOARD.clocks;
+const _: () = assert!(CLOCKS.is_exact(), "the timers count microseconds");
+const HSE_HZ: u32 = CLOCKS.hse_mhz as u32 * 1_000_000;
+
 /// Clock of the timers on APB1 (TIM2 to TIM5), MHz.
-pub(crate) const APB1_TIMER_MHZ: u16 = 84;
+pub(crate) const APB1_TIMER_MHZ: u16 = CLOCKS.apb1_timer_mhz();
 /// Clock of the timers on APB2 (TIM1), MHz.
-pub(crate) const APB2_TIMER_MHZ: u16 = 168;
+pub(crate) const APB2_TIMER_MHZ: u16 = CLOCKS.apb2_timer_mhz();
 
 /// The registers of the clock as they were after its start.
 static STARTED: [AtomicU32; 4] = [const { AtomicU32::new(0) }; 4];
@@ -36,8 +38,6 @@ pub(crate) fn is_as_started() -> bool {
     registers().iter().zip(&STARTED).all(|(now, started)| *now == started.load(Ordering::Relaxed))
 }
 
-const HSE_HZ: u32 = 8_000_000;
-
 /// Registers of 32 interrupts each: lines 0 to 95. Of the line above them, which only the F446 has, the HAL enables nothing (RM0390 table 38).
 const INTERRUPT_WORDS: usize = 3;
 
@@ -48,7 +48,7 @@ const HSE_ROUNDS: u32 = 400_000;
 /// period would be wrong by its ratio.
 pub(crate) fn start() -> Result<(), HseFault> {
     // HSE is started here, because the HAL waits for it without a limit and before a watchdog runs.
-    RCC.cr().modify(|w| w.set_hsebyp(BOARD.hse == Hse::External));
+    RCC.cr().modify(|w| w.set_hsebyp(CLOCKS.hse == Hse::External));
     RCC.cr().modify(|w| w.set_hseon(true));
     if !(0..HSE_ROUNDS).any(|_| RCC.cr().read().hserdy()) {
         return Err(HseFault::NotReady);
@@ -61,25 +61,25 @@ pub(crate) fn start() -> Result<(), HseFault> {
     let mut config = Config::default();
     config.rcc.hse = Some(rcc::Hse {
         freq: Hertz(HSE_HZ),
-        mode: match BOARD.hse {
+        mode: match CLOCKS.hse {
             Hse::Crystal => rcc::HseMode::Oscillator,
             Hse::External => rcc::HseMode::Bypass,
         },
     });
     config.rcc.pll_src = rcc::PllSource::HSE;
     config.rcc.pll = Some(rcc::Pll {
-        prediv: rcc::PllPreDiv::DIV4,
-        mul: rcc::PllMul::MUL168,
-        divp: Some(rcc::PllPDiv::DIV2),
-        divq: Some(rcc::PllQDiv::DIV7),
+        prediv: rcc::PllPreDiv::from_bits(CLOCKS.pll.m),
+        mul: rcc::PllMul::from_bits(CLOCKS.pll.n),
+        // PLLP 0 to 3 divides by 2, 4, 6, 8.
+        divp: Some(rcc::PllPDiv::from_bits(CLOCKS.pll.p / 2 - 1)),
+        divq: Some(rcc::PllQDiv::from_bits(CLOCKS.pll.q)),
         divr: None,
     });
     // The HAL waits for LSI without a limit and before a watchdog runs; [`crate::stopwatch`] starts and measures it.
     config.rcc.ls = rcc::LsConfig::off();
     config.rcc.sys = rcc::Sysclk::PLL1_P;
     config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
-    config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
-    config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
+    [config.rcc.apb1_pre, config.rcc.apb2_pre] = CLOCKS.apb.map(bus_divider);
     // The tokens of the peripherals are not used: each driver here owns its registers, see `main.rs`.
     let _ = embassy_stm32::init(config);
     interrupts_off_but_task_clock();
@@ -91,6 +91,16 @@ pub(crate) fn start() -> Result<(), HseFault> {
         started.store(register, Ordering::Relaxed);
     }
     Ok(())
+}
+
+fn bus_divider(divider: u16) -> rcc::APBPrescaler {
+    match divider {
+        1 => rcc::APBPrescaler::DIV1,
+        2 => rcc::APBPrescaler::DIV2,
+        4 => rcc::APBPrescaler::DIV4,
+        8 => rcc::APBPrescaler::DIV8,
+        _ => rcc::APBPrescaler::DIV16,
+    }
 }
 
 /// Switches every interrupt off but that of the tasks' clock: the HAL enables those of all streams of both DMA controllers, at the highest priority.
@@ -111,7 +121,7 @@ pub(crate) fn settle() {
 
 /// Switches on instruction cache, data cache, and prefetch unless the silicon has an erratum (ES0182: not on revision A of the F407).
 ///
-/// The HAL sets the wait states and leaves these off, which makes the program much slower at 5 wait states.
+/// The HAL sets the wait states and leaves these off, which makes the program much slower at 3 to 5 wait states.
 fn start_flash_accelerator() {
     // Caches are reset while they are off (RM0090 3.9.1).
     FLASH.acr().modify(|w| {
@@ -122,8 +132,10 @@ fn start_flash_accelerator() {
         w.set_icrst(false);
         w.set_dcrst(false);
     });
-    const REVISION_A: u16 = 0x1000;
-    let prefetch_works = DBGMCU.idcode().read().rev_id() != REVISION_A;
+    /// Device and revision. Other chips of the family have the revision too, without the erratum.
+    const F407_REVISION_A: (u16, u16) = (0x413, 0x1000);
+    let chip = DBGMCU.idcode().read();
+    let prefetch_works = (chip.dev_id(), chip.rev_id()) != F407_REVISION_A;
     FLASH.acr().modify(|w| {
         w.set_icen(true);
         w.set_dcen(true);

@@ -118,6 +118,8 @@ mod tests {
     use super::*;
 
     const NOMINAL_HZ: u32 = 8_000_000;
+    /// Of the Black Pill.
+    const OTHER_NOMINAL_HZ: u32 = 25_000_000;
 
     /// The counts of a crystal by an HSI that is off by so many parts, with the timer's phase.
     fn counts(hse_hz: f64, hsi_error: f64, phase: f64) -> u16 {
@@ -130,9 +132,11 @@ mod tests {
         for error in 0..=125 {
             let error = -0.08 + f64::from(error) * 1e-3;
             for ppm in [-500.0, 0.0, 500.0] {
-                for phase in [0.0, 0.5, 0.999] {
-                    let measured = MeasuredHse::of(counts(8e6 * (1.0 + ppm * 1e-6), error, phase));
-                    assert!(measured.can_be(NOMINAL_HZ), "{measured} MHz at {error}");
+                for (phase, hz) in
+                    [0.0, 0.5, 0.999].into_iter().flat_map(|phase| [NOMINAL_HZ, OTHER_NOMINAL_HZ].map(|hz| (phase, hz)))
+                {
+                    let measured = MeasuredHse::of(counts(f64::from(hz) * (1.0 + ppm * 1e-6), error, phase));
+                    assert!(measured.can_be(hz), "{measured} MHz at {error}");
                 }
             }
         }
@@ -145,6 +149,12 @@ mod tests {
             for error in [-0.08, 0.0, 0.045] {
                 let measured = MeasuredHse::of(counts(hse_hz, error, 0.5));
                 assert!(!measured.can_be(NOMINAL_HZ), "{measured} MHz, {hse_hz} Hz at {error}");
+            }
+        }
+        for hse_hz in [8e6, 12e6, 16e6, 20e6, 30e6] {
+            for error in [-0.08, 0.0, 0.045] {
+                let measured = MeasuredHse::of(counts(hse_hz, error, 0.5));
+                assert!(!measured.can_be(OTHER_NOMINAL_HZ), "{measured} MHz, {hse_hz} Hz at {error}");
             }
         }
         for (hse_hz, is_allowed) in [(7.5e6, false), (7.65e6, true), (8.7e6, true), (8.8e6, false), (7.3728e6, false)] {

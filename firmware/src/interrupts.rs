@@ -5,7 +5,7 @@
 pub struct Enabled {
     /// Its name in the vector table, which is that of its handler.
     pub name: &'static str,
-    /// Its number (RM0090 table 62, RM0390 table 38).
+    /// Its number (RM0090 table 62, RM0383 table 37, RM0390 table 38).
     pub line: u8,
     /// 0 to 15; a lower number interrupts a higher one.
     pub priority: u8,
@@ -43,8 +43,8 @@ pub const OVERRUN: Enabled =
 
 /// The ticks: below what samples and stamps, above all that logs.
 pub const TICK: Enabled = Enabled {
-    name: "CAN1_TX",
-    line: 19,
+    name: "I2C1_EV",
+    line: 31,
     priority: 6,
     what: "runs the control task; the interrupt of a peripheral that is not used",
 };

@@ -23,7 +23,10 @@ pub(crate) fn start() {
         w.set_gpioeen(true);
     });
     clocks::settle();
-    pins().for_each(|pin| pin.set_mode(Moder::OUTPUT));
+    pins().for_each(|pin| {
+        pin.set(!BOARD.lamps_lit);
+        pin.set_mode(Moder::OUTPUT);
+    });
 }
 
 /// Shows the state at this time, ms.
@@ -33,7 +36,7 @@ pub(crate) fn show(shown: Shown, ms: u32) {
         Some(Lamp::Fault) => BOARD.led_fault.or(BOARD.led_pulses),
         None => None,
     };
-    pins().for_each(|pin| pin.set(lit == Some(pin)));
+    pins().for_each(|pin| pin.set((lit == Some(pin)) == BOARD.lamps_lit));
 }
 
 /// Shows this from now on, asleep between changes. Before the tasks start.

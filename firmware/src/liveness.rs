@@ -8,7 +8,7 @@
 //! [`PACE_US`], in which they add up.
 //!
 //! # Timing
-//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards specify as 17 to 47 kHz. The board measures it, and does
+//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of the chips specify as 17 to 47 kHz. The board measures it, and does
 //! not arm if it is slower or faster ([`joint_loop::control::watchdog_clock`]).
 //! [`timeout_us`] is computed for both ends, and the assertions below check that
 //! - there is no false reset: with the fastest oscillator the time-out is longer than [`GRACE_US`] plus the period of the watchdog task;
@@ -16,7 +16,7 @@
 
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ, TOLERANCE_PERMILLE};
 
-/// Slowest low-speed oscillator with which the board arms, Hz (data sheets of the STM32F407 and STM32F446, "LSI oscillator characteristics", and the
+/// Slowest low-speed oscillator with which the board arms, Hz (data sheets of the STM32F407, STM32F411 and STM32F446, "LSI oscillator characteristics", and the
 /// error of its measurement).
 pub const LSI_SLOWEST_HZ: u32 = SLOWEST_HZ / 1000 * (1000 - TOLERANCE_PERMILLE);
 

@@ -6,15 +6,16 @@
 //! |---|---|
 //! | FLASH | [`clocks`] |
 //! | TIM1 | [`servo_pwm`] |
-//! | TIM2, ADC1, ADC123_COMMON, DMA2 | [`sampling`] |
+//! | TIM2, ADC1, ADC123_COMMON, ADC1_COMMON, DMA2 | [`sampling`] |
 //! | TIM5, and DWT of the core | [`stopwatch`] |
+//! | TIM11 | [`crystal_timer`] |
 //! | EXTI, SYSCFG | [`sync_input`] |
 //! | USART2, DMA1 | [`serial`] |
 //! | IWDG | [`watchdog`] |
 //! | GPIOA, GPIOB, GPIOC, GPIOD, GPIOE | [`pins`] |
 //!
 //! Two are shared: in RCC each module enables the clock of its peripherals, and in DBGMCU it stops them with the debugger. TIM4 is the clock
-//! of embassy-time. The interrupt of CAN1, which is not used, runs the executor of the ticks.
+//! of embassy-time. The interrupt of I2C1, which is not used, runs the executor of the ticks.
 //!
 //! Compiled for the host, the program prints one message and touches no register: so the host's compiler checks the firmware without a
 //! cross target.
@@ -79,11 +80,11 @@ mod boot {
     use crate::variant::SENSOR_REQUIRED;
     use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock};
 
-    /// Runs the control task in an interrupt that nothing else uses (no CAN driver in this firmware).
+    /// Runs the control task in an interrupt that nothing else uses (no I2C driver in this firmware; every chip of the family has it).
     static TICKS: InterruptExecutor = InterruptExecutor::new();
 
     #[embassy_stm32::interrupt]
-    unsafe fn CAN1_TX() {
+    unsafe fn I2C1_EV() {
         // SAFETY: the handler of the one interrupt that `TICKS` was started on.
         unsafe { TICKS.on_interrupt() }
     }
@@ -142,6 +143,9 @@ mod boot {
         BOARD.sync_output.set_mode(Moder::OUTPUT);
         BOARD.foot_switch.set_pull(Pupdr::PULL_DOWN);
         BOARD.foot_switch.set_mode(Moder::INPUT);
+        if !BOARD.button_is_held {
+            BOARD.button.set_pull(if BOARD.button_pressed { Pupdr::PULL_DOWN } else { Pupdr::PULL_UP });
+        }
         lamps::start();
         let queues = QUEUES.take();
         let (samples_in, samples_out) = queues.samples.split();
@@ -178,8 +182,8 @@ mod boot {
         // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
         interrupt::TIM4.set_priority(urgency(&TASK_CLOCK));
-        interrupt::CAN1_TX.set_priority(urgency(&TICK));
-        let ticks = TICKS.start(interrupt::CAN1_TX);
+        interrupt::I2C1_EV.set_priority(urgency(&TICK));
+        let ticks = TICKS.start(interrupt::I2C1_EV);
         ticks.spawn(only(control::control_task(control)));
         sync_input::start(urgency(&EDGE));
         // Servo frames and ticks keep the distance that they have here: their timers have one clock.

@@ -16,6 +16,10 @@ use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+#[cfg(feature = "black-pill-f411")]
+use embassy_stm32::pac::ADC1_COMMON as ADC_COMMON;
+#[cfg(not(feature = "black-pill-f411"))]
+use embassy_stm32::pac::ADC123_COMMON as ADC_COMMON;
 use embassy_stm32::pac::adc::regs::Sr;
 use embassy_stm32::pac::adc::vals::{Dds, Exten, SampleTime};
 use embassy_stm32::pac::adccommon::vals::Adcpre;
@@ -23,10 +27,10 @@ use embassy_stm32::pac::dma::regs::Ixr;
 use embassy_stm32::pac::dma::vals::{Ct, Pl, Size};
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
-use embassy_stm32::pac::{ADC1, ADC123_COMMON, DMA2, RCC, TIM2};
+use embassy_stm32::pac::{ADC1, DMA2, RCC, TIM2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use firmware::board::{BOARD, REFERENCE_CAL, REFERENCE_CHANNEL, TEMPERATURE_CAL};
+use firmware::board::{ADC_DIVIDER, BOARD, REFERENCE_CAL, REFERENCE_CHANNEL, TEMPERATURE_CAL};
 use firmware::pacing::{PERIOD_US, TRIGGER_US, trigger_us};
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_loop::SENSORS;
@@ -44,19 +48,20 @@ const SCAN: usize = SENSORS + 2;
 /// Items of one transfer.
 const BLOCK: usize = SCAN * OVERSAMPLING;
 
-/// TIM2_TRGO as the trigger of the regular group (RM0090 table 69, RM0390 table 61).
+/// TIM2_TRGO as the trigger of the regular group (RM0090 table 69, RM0383 11.6, RM0390 table 61).
 const REGULAR_TRIGGER_TIM2: u8 = 6;
 
-/// 84 MHz / 4; 36 MHz are allowed.
-const ADC_MHZ: u32 = 21;
-/// A conversion is its sampling time and 12 cycles. Sensors 144 + 12 cycles, 7.4 us each; the two internal channels need at
-/// least 10 us of sampling and get 480 cycles, 22.9 us: 77 us in all.
+/// 21 or 25 MHz; 36 MHz are allowed.
+const ADC_MHZ: u32 = BOARD.clocks.adc_mhz() as u32;
+const _: () = assert!(ADC_DIVIDER == 4, "the divider that `start` writes");
+/// A conversion is its sampling time and 12 cycles. Sensors 144 + 12 cycles, 7.4 us each at 21 MHz; the two internal channels need at
+/// least 10 us of sampling and get 480 cycles, 22.9 us: 77 us in all, 64 us at 25 MHz.
 const SCAN_CYCLES: u32 = SENSORS as u32 * (144 + 12) + 2 * (480 + 12);
 /// Microseconds from a trigger to the end of its scan, rounded down.
 const SCAN_US: u32 = SCAN_CYCLES / ADC_MHZ;
 const _: () = assert!(2 * SCAN_US < TRIGGER_US, "a scan is over long before the next trigger");
 
-/// DMA2 stream 0, channel 0 belongs to ADC1 (RM0090 table 43, RM0390 table 29).
+/// DMA2 stream 0, channel 0 belongs to ADC1 (RM0090 table 43, RM0383 9.3.3, RM0390 table 29).
 const STREAM: usize = 0;
 const CHANNEL: u8 = 0;
 
@@ -98,11 +103,11 @@ impl Blocks {
 
     /// The four conversions of a channel, by its place in the scan.
     fn conversions(&self, block: usize, rank: usize) -> [AdcCode; OVERSAMPLING] {
-        core::array::from_fn(|scan| {
-            let code = self.address(block).wrapping_add(scan).cast::<u16>().wrapping_add(rank);
-            // SAFETY: `block` is 0 or 1, `scan` and `rank` lie in a block; aligned.
-            AdcCode(unsafe { code.read_volatile() })
-        })
+        let first = self.address(block).cast::<u16>().wrapping_add(rank);
+        // SAFETY: `block` is 0 or 1, `scan` and `rank` lie in a block; aligned.
+        let code = |scan: usize| AdcCode(unsafe { first.wrapping_add(scan * SCAN).read_volatile() });
+        // One by one: optimised for size, the compiler makes a loop of a function over an array, three times as long.
+        [code(0), code(1), code(2), code(3)]
     }
 }
 
@@ -120,7 +125,7 @@ pub(crate) fn temperature_calibration() -> [AdcCode; 2] {
 }
 
 fn factory_code(address: u32) -> AdcCode {
-    // SAFETY: a half-word of the system memory of both chips: always mapped, aligned, never written.
+    // SAFETY: a half-word of the system memory of these chips: always mapped, aligned, never written.
     AdcCode(unsafe { (address as *const u16).read_volatile() })
 }
 
@@ -137,7 +142,7 @@ pub(crate) fn start(priority: Priority) {
     TIM2.egr().write(|w| w.set_ug(true));
     TIM2.cr2().write(|w| w.set_mms(Mms::UPDATE));
 
-    ADC123_COMMON.ccr().write(|w| {
+    ADC_COMMON.ccr().write(|w| {
         w.set_adcpre(Adcpre::DIV4);
         w.set_tsvrefe(true);
     });

@@ -22,21 +22,21 @@ use heapless::spsc::Producer;
 use joint_loop::tuning::Request;
 use wire::{MAX_FRAME_BYTES, Record, RequestError, Unframer, decode_request, frame_record};
 
-use crate::clocks::{self, APB1_TIMER_MHZ};
+use crate::clocks;
 use crate::pins::PinRegisters;
 
 /// Requests between telemetry and the loop, which takes one in a tick.
 pub(crate) const REQUESTS_QUEUED: usize = 8;
 
-/// Bits a microsecond. 42 MHz / 21: exact.
+/// Bits a microsecond. 42 MHz / 21 or 50 MHz / 25: exact.
 const MEGABAUD: u16 = 2;
-/// PCLK1 is half the clock of its timers.
-const DIVISOR: u16 = APB1_TIMER_MHZ / 2 / MEGABAUD;
-const _: () = assert!(DIVISOR * MEGABAUD * 2 == APB1_TIMER_MHZ && DIVISOR >= 16, "RM0090 30.3.4");
+const PCLK1_MHZ: u16 = BOARD.clocks.apb1_mhz();
+const DIVISOR: u16 = PCLK1_MHZ / MEGABAUD;
+const _: () = assert!(DIVISOR * MEGABAUD == PCLK1_MHZ && DIVISOR >= 16, "RM0090 30.3.4");
 /// Alternate function of both pins.
 const FUNCTION: u8 = 7;
 
-/// RM0090 table 42, RM0390 table 28.
+/// RM0090 table 42, RM0383 9.3.3, RM0390 table 28.
 const RECEIVE: usize = 5;
 const SEND: usize = 6;
 const CHANNEL: u8 = 4;

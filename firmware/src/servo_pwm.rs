@@ -44,7 +44,7 @@ const _: () = assert!((LONGEST_TICKS as u32 - 1) * PERIOD_US > LONGEST_US as u32
 /// middle between two moments at which a frame can start.
 pub(crate) const TRIGGER_PHASE_US: u32 = 340;
 
-/// Rounds of the wait for the end of a pulse in [`outputs_off`]: at least five cycles of the processor each, so no less than 2.9 ms. It ends
+/// Rounds of the wait for the end of a pulse in [`outputs_off`]: at least five cycles of the processor each, so no less than 2.9 ms at 168 MHz. It ends
 /// sooner by the timer; the rounds bound it if the timer stands still.
 const END_ROUNDS: u32 = 100_000;
 
@@ -73,9 +73,10 @@ fn dark() -> BdtrAdv {
 
 /// Drives the four lines and the servo-rail enable low as plain outputs: the first action of the program, before the timer starts.
 pub(crate) fn drive_pins_low() {
-    // The two ports that TIM1 can reach, and that of the servo-rail enable.
+    // The two ports that TIM1's channels can reach, and those of the servo-rail enable.
     RCC.ahb1enr().modify(|w| {
         w.set_gpioaen(true);
+        w.set_gpioben(true);
         w.set_gpiocen(true);
         w.set_gpioeen(true);
     });

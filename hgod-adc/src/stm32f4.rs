@@ -5,7 +5,7 @@
 //!
 //! | what | value | source |
 //! |---|---|---|
-//! | supply VDDA | 1.8 to 3.6 V | data sheets of the STM32F407 and STM32F446, "General operating conditions" |
+//! | supply VDDA | 1.8 to 3.6 V | data sheets of the STM32F407, STM32F411 and STM32F446, "General operating conditions" |
 //! | internal reference VREFINT | 1.18 to 1.24 V | the same, "Embedded internal reference voltage" |
 //! | supply at the factory's three readings | 3.3 V | the same, "calibration values" |
 //! | temperature sensor | 0.76 V at 25 degrees, 2.5 mV a degree | the same, "Temperature sensor characteristics" |

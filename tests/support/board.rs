@@ -1,9 +1,10 @@
 //! The flashed image on the virtual board.
 //!
 //! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
-//! [`test_suite::Need::Image`] or [`test_suite::Need::ShadowImage`].
+//! [`test_suite::Need::Image`], [`test_suite::Need::ShadowImage`] or [`test_suite::Need::BlackPillImage`].
 
 use crate::gestures;
+use crate::lockstep::Conversation;
 use firmware::board::ROBOT_SECTOR;
 use footfall::board::host_copy::begin;
 use footfall::board::image::{Image, Message};
@@ -173,6 +174,15 @@ impl Board {
         Self::with("FOOTFALL_SHADOW_ELF")
     }
 
+    /// The Black Pill with its image.
+    ///
+    /// # Panics
+    /// As [`Board::find`].
+    #[must_use]
+    pub fn black_pill() -> Self {
+        Self::with("FOOTFALL_BLACK_PILL_ELF")
+    }
+
     fn with(image: &str) -> Self {
         let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
         let (elf, program) = (path(image), path("FOOTFALL_VIRTUAL_BOARD"));
@@ -249,6 +259,25 @@ impl Board {
         })
     }
 
+    /// Runs the image step by step, as `talk` asks. The board ends when `talk` does, unless `talk` has ended the conversation.
+    ///
+    /// # Panics
+    /// As [`Board::run`], or `talk` panics.
+    #[must_use]
+    pub fn converse<A: AsRef<OsStr>>(
+        &self,
+        options: impl IntoIterator<Item = A>,
+        talk: impl FnOnce(&mut Conversation),
+    ) -> Ran {
+        let options = options.into_iter().map(|option| option.as_ref().to_owned()).chain(["--lockstep".into()]);
+        self.run_beside(&with_generator(&GeneratorConfig::default_walk()), options.collect::<Vec<_>>(), |mut child| {
+            let mut conversation =
+                Conversation::new(child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+            talk(&mut conversation);
+            (conversation.finish(), child.wait().expect("the board ends").code())
+        })
+    }
+
     fn run_beside<A: AsRef<OsStr>>(
         &self,
         parameters: &Parameters,
@@ -265,7 +294,8 @@ impl Board {
         // A board does not arm before its emergency stop was tested.
         let has_stop = options.iter().any(|option| {
             let option = option.to_string_lossy();
-            option.starts_with("--emergency-stop") || option.contains("PB12")
+            // A program that steps the board presses it itself.
+            option.starts_with("--emergency-stop") || option.contains("PB12") || option == "--lockstep"
         });
         let violates = options.iter().any(|option| option == "--violates");
         let stop = ["--emergency-stop", gestures::STOP_TEST];

@@ -9,9 +9,11 @@
 //! - [`workspace`]: the files and the packages of this workspace;
 //! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
+//! - [`lockstep`]: a conversation that steps that board;
 //! - [`campaign`]: campaigns of faults on that board;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
 //! - [`gestures`]: how its button is pressed;
+//! - [`lamps`]: what its lamps show;
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
@@ -23,6 +25,8 @@ pub mod faults;
 pub mod gestures;
 pub mod host;
 pub mod host_loop;
+pub mod lamps;
+pub mod lockstep;
 pub mod name_parts;
 pub mod people;
 pub mod recordings;

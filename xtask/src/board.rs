@@ -21,31 +21,43 @@ impl Drive {
 /// A board with a file of its own in `firmware/src/board`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum Board {
-    /// STM32F4 Discovery, the board that the virtual board models.
+    /// STM32F4 Discovery.
     #[default]
     #[value(name = "f4-discovery")]
     F4Discovery,
     /// Nucleo-F446RE.
     #[value(name = "nucleo-f446re")]
     NucleoF446re,
+    /// Black Pill with the STM32F411CE and 25 MHz.
+    #[value(name = "black-pill-f411")]
+    BlackPillF411,
 }
 
 impl Board {
     /// Every board, the default one last: a build leaves its image in the target folder, and that should be the usual one.
-    pub(crate) const ALL: [Board; 2] = [Board::NucleoF446re, Board::F4Discovery];
+    pub(crate) const ALL: [Board; 3] = [Board::NucleoF446re, Board::BlackPillF411, Board::F4Discovery];
 
     /// The feature of the package `firmware`.
     pub(crate) fn feature(self) -> &'static str {
         match self {
             Board::F4Discovery => "f4-discovery",
             Board::NucleoF446re => "nucleo-f446re",
+            Board::BlackPillF411 => "black-pill-f411",
+        }
+    }
+
+    /// True if the virtual board can run the board's image.
+    pub(crate) fn is_modelled(self) -> bool {
+        match self {
+            Board::F4Discovery | Board::BlackPillF411 => true,
+            Board::NucleoF446re => false,
         }
     }
 
     /// True if the board has a socket at the chip's USB pins, so that its boot loader can be used. A Nucleo's only socket is that of the probe.
     pub(crate) fn has_usb(self) -> bool {
         match self {
-            Board::F4Discovery => true,
+            Board::F4Discovery | Board::BlackPillF411 => true,
             Board::NucleoF446re => false,
         }
     }
@@ -55,6 +67,7 @@ impl Board {
         match self {
             Board::F4Discovery => "STM32F407VGTx",
             Board::NucleoF446re => "STM32F446RETx",
+            Board::BlackPillF411 => "STM32F411CEUx",
         }
     }
 }

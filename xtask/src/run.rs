@@ -3,7 +3,8 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{CommandFactory, Parser};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, ValueEnum};
 
 use crate::board::{Board, Drive};
 use crate::setup::Need;
@@ -16,10 +17,13 @@ use crate::workspace::{Commands, Workspace};
     name = "cargo xtask run",
     bin_name = "cargo xtask run",
     about = "Run the firmware on the virtual board and show it live",
-    after_help = "Examples:\n  cargo xtask run\n  cargo xtask run --secs 10 --disarm --json\n  cargo xtask run --shadow --record out.csv\n  cargo xtask run --robot robot.toml\n\n\
+    after_help = "Examples:\n  cargo xtask run\n  cargo xtask run --secs 10 --disarm --json\n  cargo xtask run --shadow --record out.csv\n  cargo xtask run --robot robot.toml\n  cargo xtask run --board black-pill-f411\n\n\
                   `cargo footfall watch --help` lists the options of footfall watch."
 )]
 pub(crate) struct Options {
+    /// The board: f4-discovery or black-pill-f411, which the virtual board models [default: f4-discovery]
+    #[arg(long, value_enum)]
+    board: Option<Board>,
     /// Shadow mode: run the image that computes everything and drives nothing
     #[arg(long)]
     shadow: bool,
@@ -30,14 +34,19 @@ pub(crate) struct Options {
 
 /// Builds what is needed and becomes `footfall watch`: standard streams, Ctrl-C and exit code are then those of `footfall`.
 pub(crate) fn run(options: &Options) -> Result<ExitCode> {
-    let Arguments { help, shadow, watch: arguments } = Arguments::of(options);
+    // Wrong input, as that which clap itself finds.
+    let wrong = |why: String| -> ! { Options::command().error(ErrorKind::InvalidValue, why).exit() };
+    let Arguments { help, shadow, board, watch: arguments } = Arguments::of(options).unwrap_or_else(|why| wrong(why));
     if help {
         Options::command().print_help()?;
         return Ok(ExitCode::SUCCESS);
     }
+    if !board.is_modelled() {
+        wrong(unknown_board(board.feature()));
+    }
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let built = workspace.image_and_host_programs(Board::F4Discovery, Drive::unless(shadow), commands(&arguments))?;
+    let built = workspace.image_and_host_programs(board, Drive::unless(shadow), commands(&arguments))?;
     eprintln!("image: {}, {}", built.image.elf.display(), built.image.footprint);
 
     let mut watch = shell::command(built.footfall);
@@ -54,28 +63,42 @@ fn commands(watch: &[&str]) -> Commands {
     if names.next().is_some() { Commands::All } else { Commands::Watch }
 }
 
-/// The command line, sorted: `--shadow` and `--help` count wherever they stand before `--`; the virtual board's own options follow it.
+/// The command line, sorted: `--board`, `--shadow` and `--help` count wherever they stand before `--`; the virtual board's own options follow it.
 #[derive(Debug, PartialEq, Eq)]
 struct Arguments<'a> {
     help: bool,
     shadow: bool,
+    board: Board,
     watch: Vec<&'a str>,
 }
 
 impl<'a> Arguments<'a> {
-    fn of(options: &'a Options) -> Arguments<'a> {
-        let words = options.watch.iter().map(String::as_str);
+    fn of(options: &'a Options) -> Result<Arguments<'a>, String> {
+        let mut words = options.watch.iter().map(String::as_str).enumerate();
         let before_dashes = options.watch.iter().position(|word| word == "--").unwrap_or(options.watch.len());
-        let mut arguments = Arguments { help: false, shadow: options.shadow, watch: Vec::new() };
-        for (index, word) in words.enumerate() {
+        let board = options.board.unwrap_or_default();
+        let mut arguments = Arguments { help: false, shadow: options.shadow, board, watch: Vec::new() };
+        let named = |name: &str| Board::from_str(name, false).map_err(|_| unknown_board(name));
+        while let Some((index, word)) = words.next() {
             match word {
+                "--board" if index < before_dashes => {
+                    arguments.board = named(words.next().map_or("", |(_, name)| name))?
+                }
+                _ if index < before_dashes && word.starts_with("--board=") => {
+                    arguments.board = named(&word["--board=".len()..])?
+                }
                 "--shadow" if index < before_dashes => arguments.shadow = true,
                 "--help" | "-h" if index < before_dashes => arguments.help = true,
                 _ => arguments.watch.push(word),
             }
         }
-        arguments
+        Ok(arguments)
     }
+}
+
+fn unknown_board(name: &str) -> String {
+    let names: Vec<&str> = Board::ALL.iter().filter(|board| board.is_modelled()).map(|board| board.feature()).collect();
+    format!("--board: the virtual board does not model `{name}`; allowed are {}", names.join(", "))
 }
 
 #[cfg(test)]
@@ -85,7 +108,7 @@ mod tests {
     fn arguments(words: &str) -> (bool, bool, String) {
         let words = std::iter::once("run").chain(words.split_whitespace());
         let options = Options::try_parse_from(words).unwrap();
-        let Arguments { help, shadow, watch } = Arguments::of(&options);
+        let Arguments { help, shadow, watch, .. } = Arguments::of(&options).unwrap();
         (help, shadow, watch.join(" "))
     }
 
@@ -100,6 +123,27 @@ mod tests {
         assert_eq!(arguments("--shadow --secs 3"), (false, true, "--secs 3".into()));
         assert_eq!(arguments("--secs 3 --shadow --json"), (false, true, "--secs 3 --json".into()));
         assert_eq!(arguments("--json -- --shadow"), (false, false, "--json -- --shadow".into()));
+    }
+
+    #[test]
+    fn the_board_counts_anywhere_before_the_dashes() {
+        let board = |words: &str| {
+            let words = std::iter::once("run").chain(words.split_whitespace());
+            let options = Options::try_parse_from(words).unwrap();
+            Arguments::of(&options).map(|arguments| (arguments.board, arguments.watch.join(" ")))
+        };
+        assert_eq!(board(""), Ok((Board::F4Discovery, String::new())));
+        for words in
+            ["--board black-pill-f411 --secs 3", "--secs 3 --board black-pill-f411", "--secs 3 --board=black-pill-f411"]
+        {
+            assert_eq!(board(words), Ok((Board::BlackPillF411, "--secs 3".into())), "{words}");
+        }
+        assert_eq!(
+            board("--json -- --board f4-discovery"),
+            Ok((Board::F4Discovery, "--json -- --board f4-discovery".into()))
+        );
+        let wrong = board("--json --board bluepill").unwrap_err();
+        assert!(wrong.contains("does not model `bluepill`; allowed are black-pill-f411, f4-discovery"), "{wrong}");
     }
 
     #[test]

@@ -4,6 +4,8 @@ use core::fmt;
 
 use joint_units::Volts;
 
+use super::clock_tree::ClockTree;
+
 /// A port of pins, by its letter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the letters of the ports")]
@@ -61,15 +63,6 @@ pub struct AnalogInput {
     pub channel: u8,
 }
 
-/// Source of the 8 MHz.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hse {
-    /// A crystal at the chip.
-    Crystal,
-    /// A clock signal, as from the debug probe of a Nucleo.
-    External,
-}
-
 /// The table that each board fills.
 #[derive(Debug)]
 pub struct Board {
@@ -77,8 +70,8 @@ pub struct Board {
     pub name: &'static str,
     /// As printed on the chip, and as probe-rs calls it.
     pub chip: &'static str,
-    /// Source of HSE.
-    pub hse: Hse,
+    /// Crystal, PLL and buses.
+    pub clocks: ClockTree,
     /// Supply below which no sample is good: below what the board's own regulator delivers.
     pub min_supply: Volts,
     /// Channel of ADC1 that the temperature sensor of the chip is on: 16, or 18 on the chips where it shares that with VBAT.
@@ -93,10 +86,12 @@ pub struct Board {
     pub foot_switch: Pin,
     /// Emergency stop: the break input of TIM1, high through its closed contact; a low level stops the servo pulses.
     pub emergency_stop: Pin,
-    /// User button; the board holds the line at its level when released.
+    /// User button.
     pub button: Pin,
     /// Level of a pressed button.
     pub button_pressed: bool,
+    /// Whether the board holds the button's line at its level when released; otherwise the chip's pull does.
+    pub button_is_held: bool,
     /// Synchronisation input: edges of another system's line.
     pub sync_input: Pin,
     /// Synchronisation output, see [`joint_loop::io::time_code`].
@@ -105,13 +100,15 @@ pub struct Board {
     pub serial_out: Pin,
     /// Its input.
     pub serial_in: Pin,
-    /// Lamp of the pulses, see [`crate::lamp`]; lit when the level is high.
+    /// Level at which the lamps are lit.
+    pub lamps_lit: bool,
+    /// Lamp of the pulses, see [`crate::lamp`].
     pub led_pulses: Option<Pin>,
     /// Lamp of faults; without it, the other one shows faults too.
     pub led_fault: Option<Pin>,
 }
 
-/// The sensors' inputs of both boards: pins that neither uses for anything else.
+/// The sensors' inputs of the Discovery and of the Nucleo: pins that neither uses for anything else.
 pub(super) const SENSORS: [AnalogInput; 4] = [
     AnalogInput { pin: Pin::new("PA1"), channel: 1 },
     AnalogInput { pin: Pin::new("PC1"), channel: 11 },

@@ -1,14 +1,16 @@
-//! STM32F4 Discovery (STM32F407VG, user manual UM1472): the default board, and the one that the virtual board models.
+//! STM32F4 Discovery (STM32F407VG, user manual UM1472): the default board.
 
 use joint_units::Volts;
 
-use super::definition::{Board, Hse, Pin, SENSORS};
+use super::clock_tree::{ClockTree, Hse, Pll};
+use super::definition::{Board, Pin, SENSORS};
 
 /// The board.
 pub const BOARD: Board = Board {
     name: "f4-discovery",
     chip: "STM32F407VGTx",
-    hse: Hse::Crystal,
+    // 168 MHz, the most that the chip allows; Q: 48 MHz.
+    clocks: ClockTree { hse: Hse::Crystal, hse_mhz: 8, pll: Pll { m: 4, n: 168, p: 2, q: 7 }, apb: [4, 2] },
     // RM0090 13.10.
     temperature_channel: 16,
     // 3.3 V less the diode D3.
@@ -23,10 +25,12 @@ pub const BOARD: Board = Board {
     // B1, with a pull-down on the board.
     button: Pin::new("PA0"),
     button_pressed: true,
+    button_is_held: true,
     sync_input: Pin::new("PC6"),
     sync_output: Pin::new("PB5"),
     serial_out: Pin::new("PA2"),
     serial_in: Pin::new("PA3"),
+    lamps_lit: true,
     // LD4, green.
     led_pulses: Some(Pin::new("PD12")),
     // LD5, red.

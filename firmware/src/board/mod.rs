@@ -2,7 +2,7 @@
 //!
 //! Plain data without a register, so that host tools (`default-features = false`) and tests read the same table as the program.
 //!
-//! The same on every board, because it is the chip's and not the board's (STM32F4 with a 168 MHz clock):
+//! The same on every board, because it is the chip's and not the board's (STM32F4):
 //!
 //! | what | where |
 //! |---|---|
@@ -26,29 +26,43 @@
 //!   cable, the chip's pull-down stops the pulses. A contact that does not open is noticed by its test before the first arming after a boot.
 //! - The servos have a supply of their own. A servo without pulses may hold its torque; only a switch in its
 //!   supply removes it.
-//! - HSE is 8 MHz within 500 ppm. A wrong crystal scales every pulse and is not detected.
+//! - HSE has the frequency of the table within 500 ppm. A wrong crystal scales every pulse; the board measures it at boot, but finds only one that is
+//!   far off ([`crate::crystal`]).
 
-#[cfg(all(feature = "f4-discovery", feature = "nucleo-f446re"))]
+#[cfg(any(
+    all(feature = "f4-discovery", any(feature = "nucleo-f446re", feature = "black-pill-f411")),
+    all(feature = "nucleo-f446re", feature = "black-pill-f411")
+))]
 compile_error!(
-    "choose one board: `f4-discovery` is the default, so the Nucleo needs `--no-default-features --features nucleo-f446re`"
+    "choose one board: `f4-discovery` is the default, so another one needs for example `--no-default-features --features nucleo-f446re`"
 );
-#[cfg(all(feature = "image", not(any(feature = "f4-discovery", feature = "nucleo-f446re"))))]
-compile_error!("choose one board: `--features f4-discovery` or `--features nucleo-f446re`");
+#[cfg(all(
+    feature = "image",
+    not(any(feature = "f4-discovery", feature = "nucleo-f446re", feature = "black-pill-f411"))
+))]
+compile_error!(
+    "choose one board: `--features f4-discovery`, `--features nucleo-f446re` or `--features black-pill-f411`"
+);
 
+pub mod black_pill_f411;
+mod clock_tree;
 mod definition;
 pub mod f4_discovery;
 pub mod nucleo_f446re;
 
-pub use definition::{AnalogInput, Board, Hse, Pin, Port};
+#[cfg(all(feature = "black-pill-f411", not(any(feature = "f4-discovery", feature = "nucleo-f446re"))))]
+pub use black_pill_f411::BOARD;
+pub use clock_tree::{ADC_DIVIDER, ClockTree, Hse, Pll};
+pub use definition::{AnalogInput, Board, Pin, Port};
 #[cfg(feature = "f4-discovery")]
 pub use f4_discovery::BOARD;
 #[cfg(all(feature = "nucleo-f446re", not(feature = "f4-discovery")))]
 pub use nucleo_f446re::BOARD;
 
 /// Every board.
-pub const BOARDS: [&Board; 2] = [&f4_discovery::BOARD, &nucleo_f446re::BOARD];
+pub const BOARDS: [&Board; 3] = [&f4_discovery::BOARD, &nucleo_f446re::BOARD, &black_pill_f411::BOARD];
 
-/// First address of the generator record's flash sector, the second one (RM0090 table 5, RM0390 table 4).
+/// First address of the generator record's flash sector, the second one (RM0090 table 5, RM0383 3.3, RM0390 table 4).
 pub const GENERATOR_SECTOR: u32 = 0x0800_4000;
 
 /// First address of the sensor record's flash sector, the third one.

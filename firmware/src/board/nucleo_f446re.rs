@@ -3,14 +3,15 @@
 
 use joint_units::Volts;
 
-use super::definition::{Board, Hse, Pin, SENSORS};
+use super::clock_tree::{ClockTree, Hse, Pll};
+use super::definition::{Board, Pin, SENSORS};
 
 /// The board.
 pub const BOARD: Board = Board {
     name: "nucleo-f446re",
     chip: "STM32F446RETx",
-    // MCO of the ST-LINK, 8 MHz (solder bridge SB50 on, as delivered).
-    hse: Hse::External,
+    // MCO of the ST-LINK, 8 MHz (solder bridge SB50 on, as delivered). 168 MHz as on the Discovery, of 180 that the chip allows.
+    clocks: ClockTree { hse: Hse::External, hse_mhz: 8, pll: Pll { m: 4, n: 168, p: 2, q: 7 }, apb: [4, 2] },
     // RM0390 13.10.
     temperature_channel: 18,
     // 3.3 V.
@@ -24,11 +25,13 @@ pub const BOARD: Board = Board {
     // B1, with a pull-up on the board.
     button: Pin::new("PC13"),
     button_pressed: false,
+    button_is_held: true,
     sync_input: Pin::new("PC6"),
     sync_output: Pin::new("PB5"),
     // To the ST-LINK, which is a serial port of the computer (solder bridges SB13 and SB14 on, as delivered).
     serial_out: Pin::new("PA2"),
     serial_in: Pin::new("PA3"),
+    lamps_lit: true,
     // LD2, green: the only one.
     led_pulses: Some(Pin::new("PA5")),
     led_fault: None,

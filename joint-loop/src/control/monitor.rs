@@ -285,8 +285,11 @@ fn named(faults: BoardFaults) -> Option<Cause> {
         (BoardFaults::WATCHDOG, Cause::Watchdog),
     ];
     let rest = faults.without(BoardFaults::ADC_OVERRUN);
+    if rest.is_empty() {
+        return None;
+    }
     let found = in_order.into_iter().find(|(bit, _)| rest.contains(*bit)).map(|(_, cause)| cause);
-    if rest.is_empty() { None } else { Some(found.unwrap_or(Cause::Board)) }
+    Some(found.unwrap_or(Cause::Board))
 }
 
 #[cfg(test)]
@@ -343,6 +346,39 @@ mod tests {
         assert_eq!(build(0.025).map(|built| (built.stop_gap, built.fault_gap)), Ok((50, 250)));
         let error = build(0.026).expect_err("too long").to_string();
         assert_eq!(error, "monitor.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
+    }
+
+    /// Each limit of a number is allowed, the next one is not, and the error names the field.
+    #[test]
+    fn numbers_beyond_their_limits_are_refused() {
+        let default = MonitorConfig::DEFAULT;
+        let late = |late_ticks| MonitorConfig { late_ticks, ..default };
+        let missed = |missed_per_s| MonitorConfig { missed_per_s, ..default };
+        let overruns = |overruns_per_s| MonitorConfig { overruns_per_s, ..default };
+        for (name, most, allowed, refused) in [
+            ("late_ticks", 100, late(100), late(101)),
+            ("missed_per_s", 254, missed(254), missed(255)),
+            ("overruns_per_s", 100, overruns(100), overruns(101)),
+        ] {
+            assert!(allowed.build(Period::MILLISECOND).is_ok(), "{name} {most}");
+            let error = refused.build(Period::MILLISECOND).expect_err(name).to_string();
+            assert!(error.contains(&format!("monitor.{name} is {}", most + 1)), "{error}");
+        }
+    }
+
+    /// A motion that the envelope bounds goes on for the tolerance, 50 ms, and stops with the next tick; one tick without gives back one.
+    #[test]
+    fn a_bounded_pose_is_tolerated_for_its_time() {
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
+        let mut see = |ticks: u32, pose_limited| {
+            let seen = Observation { pose_limited, ..FAULTLESS };
+            (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
+        };
+        assert_eq!(see(50, true), Demand::Go);
+        assert_eq!(see(1, false), Demand::Go);
+        assert_eq!(see(1, true), Demand::Go);
+        assert_eq!(see(1, true), Demand::Stop(Cause::Pose));
+        assert_eq!(see(1, false), Demand::Go);
     }
 
     /// Until the stop was tested, pressed or not, arming is refused and the press is no fault; afterwards it is one.

@@ -488,6 +488,15 @@ mod tests {
     }
 
     #[test]
+    fn two_states_are_of_a_trim_and_four_move() {
+        let states = |of: fn(SupervisorState) -> bool| -> Vec<_> {
+            SupervisorState::ALL.into_iter().filter(|state| of(*state)).map(SupervisorState::name).collect()
+        };
+        assert_eq!(states(SupervisorState::is_trim), ["trim_ready", "trimming"]);
+        assert_eq!(states(SupervisorState::moving), ["arming", "walking", "stopping", "trimming"]);
+    }
+
+    #[test]
     fn motion_begins_only_by_a_hold_without_faults() {
         for (before, inputs, after, actions) in rows() {
             if !before.state.moving() && after.state.moving() {

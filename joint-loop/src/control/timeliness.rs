@@ -26,16 +26,20 @@ pub(crate) struct Timeliness {
 pub(crate) struct TimelinessState {
     /// Late ticks, one bit each; bit 0 is the last one.
     late: u128,
+    /// How many they are.
+    late_count: u32,
     missed: Burst,
 }
 
 impl Timeliness {
     /// Takes a tick, and whether it was late; `elapsed` is the number of periods since the one before.
     pub(crate) fn judge(&self, state: &mut TimelinessState, late: bool, elapsed: u32) -> Demand {
+        let leaves = state.late >> (LATE_WINDOW - 1) & 1 != 0;
         state.late = (state.late << 1 | u128::from(late)) & WINDOW_BITS;
+        state.late_count = state.late_count.saturating_add(late.into()).saturating_sub(leaves.into());
         if state.missed.note(elapsed.saturating_sub(1), elapsed, self.second) > self.missed {
             Demand::Fault(Cause::Gap)
-        } else if state.late.count_ones() > self.late {
+        } else if state.late_count > self.late {
             Demand::Stop(Cause::Late)
         } else {
             Demand::Go

@@ -1,10 +1,11 @@
-"""Footfall: gait generators, fits to recordings, certificates, followers and the control loop of the boards.
+"""Footfall: gait generators, fits to recordings, certificates, followers, the control loop of the boards, and the virtual board.
 
 Angles are radians, flexion positive; times are seconds; names end with the unit where it is another one. Arrays of four joints have the order of
 ``JOINTS``: left hip, right hip, left knee, right knee, shape (4,) or (n, 4).
 """
 
-from ._errors import FootfallError, InputError, RecordingWarning
+from ._board import Boot, Pulses, Step, Verdict, VirtualBoard
+from ._errors import BoardError, FootfallError, InputError, RecordingWarning
 from ._footfall import (
     JOINTS,
     Capture,
@@ -29,6 +30,8 @@ from ._results import Finding, Following, FollowStatus, Inputs, Motion, Outputs,
 
 __all__ = [
     "JOINTS",
+    "BoardError",
+    "Boot",
     "Capture",
     "Certificate",
     "Conditioned",
@@ -43,12 +46,16 @@ __all__ = [
     "JointLoop",
     "Motion",
     "Outputs",
+    "Pulses",
     "Reason",
     "Recording",
     "RecordingWarning",
     "Servo",
+    "Step",
     "Tick",
     "Ticks",
+    "Verdict",
+    "VirtualBoard",
     "__version__",
     "certify",
     "fit",

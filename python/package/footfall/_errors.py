@@ -9,5 +9,9 @@ class InputError(FootfallError, ValueError):
     """A value or the content of a file is wrong; the text says what, where and what is allowed, with units."""
 
 
+class BoardError(FootfallError):
+    """The virtual board ended, cannot go on or gave a pulse that no servo may get; the text says why, with times in s and widths in us."""
+
+
 class RecordingWarning(UserWarning):
     """A recording may not be what it seems; the text has the place in seconds and the angles in degrees."""

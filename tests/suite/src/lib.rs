@@ -18,9 +18,10 @@ use libtest_mimic::{Arguments, Trial};
 /// The variable that makes needs required.
 const REQUIRE: &str = "FOOTFALL_REQUIRE";
 
-/// The flashed image, the image that drives nothing, the program that runs them, and the host tool.
+/// The flashed image, the image that drives nothing, that of the Black Pill, the program that runs them, and the host tool.
 const ELF: &str = "FOOTFALL_ELF";
 const SHADOW_ELF: &str = "FOOTFALL_SHADOW_ELF";
+const BLACK_PILL_ELF: &str = "FOOTFALL_BLACK_PILL_ELF";
 const VIRTUAL_BOARD: &str = "FOOTFALL_VIRTUAL_BOARD";
 const PROGRAM: &str = "FOOTFALL_BIN";
 
@@ -40,6 +41,8 @@ pub enum Need {
     Image,
     /// The image that drives no servo pin, and the virtual board.
     ShadowImage,
+    /// The image of the Black Pill, and the virtual board.
+    BlackPillImage,
     /// The host tool `footfall` as a program.
     Program,
     /// The folder of recordings beside the checkout.
@@ -57,7 +60,7 @@ impl Need {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Image | Self::ShadowImage | Self::Program => "virtual-board",
+            Self::Image | Self::ShadowImage | Self::BlackPillImage | Self::Program => "virtual-board",
             Self::Traces | Self::Wild => "traces",
             Self::Terminal => "terminal",
             Self::Python => "python",
@@ -70,6 +73,7 @@ impl Need {
         let variables: &[&str] = match self {
             Self::Image => &[ELF, VIRTUAL_BOARD],
             Self::ShadowImage => &[SHADOW_ELF, VIRTUAL_BOARD],
+            Self::BlackPillImage => &[BLACK_PILL_ELF, VIRTUAL_BOARD],
             Self::Program => &[PROGRAM],
             Self::Python => &[PYTHON],
             Self::Traces | Self::Wild => {

@@ -14,7 +14,7 @@ pub struct Pointer {
 /// Every function that calls through a pointer, as far as the roots of the analyses reach it.
 pub const POINTERS: &[Pointer] = &[
     Pointer {
-        within: "CAN1_TX",
+        within: "I2C1_EV",
         to: &["TaskStorage<firmware::tasks::control::"],
         why: "the executor of the ticks has one task",
     },

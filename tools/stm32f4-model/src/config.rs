@@ -1,10 +1,14 @@
 //! Configuration of the modelled chip: crystal, supply, factory calibration, temperature. A program cannot change it.
 
+use crate::chip::Chip;
+
 /// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V, option bytes as
 /// delivered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SocConfig {
-    /// Frequency of the HSE crystal, Hz. 4 to 26 MHz; 8 MHz on the Discovery board.
+    /// The chip.
+    pub chip: Chip,
+    /// Frequency of the HSE crystal, Hz. 4 to 26 MHz; 8 MHz on the Discovery board, 25 MHz on a Black Pill.
     pub hse_hz: u32,
     /// False: the crystal does not start, and HSERDY stays 0.
     pub hse_ready: bool,
@@ -17,9 +21,9 @@ pub struct SocConfig {
     pub vdda: f64,
     /// Internal reference voltage, V: 1.21 typical, 1.18 to 1.24 by the data sheet.
     pub vrefint: f64,
-    /// Voltage at VBAT, V; channel 18 of ADC1 measures half of it.
+    /// Voltage at VBAT, V; channel 18 of ADC1 measures half of it, or a quarter on the F411.
     pub vbat: f64,
-    /// Temperature of the die, degrees Celsius; channel 16 of ADC1 measures 0.76 V + 2.5 mV/K (T - 25).
+    /// Temperature of the die, degrees Celsius; channel 16 of ADC1 (18 on the F411) measures 0.76 V + 2.5 mV/K (T - 25).
     pub die_celsius: f64,
     /// VREFINT_CAL at 0x1FFF7A2A, 0 to 4095; `None`: the ideal value at VDDA = 3.3 V, round(vrefint / 3.3 * 4095).
     pub vrefint_cal: Option<u16>,
@@ -27,13 +31,12 @@ pub struct SocConfig {
     pub unique_id: [u32; 3],
     /// BOR_LEV of the option bytes: 0 is the highest level of the brown-out reset, 3 is off, as delivered.
     pub bor_level: u8,
-    /// Flash size at 0x1FFF7A22, KiB.
-    pub flash_kib: u16,
 }
 
 impl Default for SocConfig {
     fn default() -> Self {
         SocConfig {
+            chip: Chip::F407,
             hse_hz: 8_000_000,
             hse_ready: true,
             lse_ready: false,
@@ -45,12 +48,24 @@ impl Default for SocConfig {
             vrefint_cal: None,
             unique_id: [0x0035_0027, 0x3133_510C, 0x3437_3439],
             bor_level: 3,
-            flash_kib: 1024,
         }
     }
 }
 
 impl SocConfig {
+    /// A Black Pill: STM32F411CE, 25 MHz crystal, a 32 768 Hz crystal, VDDA 3.3 V; the rest as in the default.
+    #[must_use]
+    pub fn black_pill() -> Self {
+        SocConfig {
+            chip: Chip::F411,
+            hse_hz: 25_000_000,
+            lse_ready: true,
+            vdda: 3.3,
+            vbat: 3.3,
+            ..SocConfig::default()
+        }
+    }
+
     /// VREFINT_CAL as the program reads it, 0 to 4095.
     #[must_use]
     pub fn vrefint_cal(&self) -> u16 {

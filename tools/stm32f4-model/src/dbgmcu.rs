@@ -3,22 +3,25 @@
 //! The freeze bits act only while a debugger halts the core ([`crate::Soc::halt`]): of the timers and of the watchdog. The others are plain
 //! storage.
 
+use crate::chip::Chip;
 use crate::lint::LintKind;
 
-/// Device 0x413 (STM32F405/407/415/417), revision 0x1007.
-const IDCODE: u32 = 0x1007_6413;
-
 /// DBGMCU registers. Only a power-on resets them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Dbgmcu {
+    chip: Chip,
     cr: u32,
     freeze: [u32; 2],
 }
 
 impl Dbgmcu {
+    pub(crate) fn new(chip: Chip) -> Self {
+        Dbgmcu { chip, cr: 0, freeze: [0; 2] }
+    }
+
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
         Some(match offset {
-            0x00 => IDCODE,
+            0x00 => self.chip.idcode(),
             0x04 => self.cr,
             0x08 | 0x0C => self.freeze[usize::from(offset == 0x0C)],
             _ => return None,
@@ -62,8 +65,10 @@ mod tests {
     #[test]
     fn identity_and_storage() {
         // RM0090 38.6.1: DEV_ID of the F405xx/407xx is 0x413.
-        let mut dbgmcu = Dbgmcu::default();
+        let mut dbgmcu = Dbgmcu::new(Chip::F407);
         assert_eq!(dbgmcu.peek(0).map(|id| id & 0xFFF), Some(0x413));
+        // RM0383 23.6.1: 0x431.
+        assert_eq!(Dbgmcu::new(Chip::F411).peek(0).map(|id| id & 0xFFF), Some(0x431));
         dbgmcu.write(8, 1 << 12, &mut Vec::new());
         dbgmcu.write(4, 7, &mut Vec::new());
         assert_eq!((dbgmcu.peek(8), dbgmcu.peek(4)), (Some(1 << 12), Some(7)));
@@ -75,7 +80,7 @@ mod tests {
         // RM0090 38.16.4, 38.16.5.
         let bits = [(2, 8, 0), (7, 8, 5), (12, 8, 6), (14, 8, 8), (1, 12, 0), (8, 12, 1), (9, 12, 16), (11, 12, 18)];
         for (number, offset, bit) in bits {
-            let mut dbgmcu = Dbgmcu::default();
+            let mut dbgmcu = Dbgmcu::new(Chip::F407);
             dbgmcu.write(offset, 1 << bit, &mut Vec::new());
             let stopped: Vec<_> = (1..=14).filter(|number| dbgmcu.stops_timer(*number)).collect();
             assert_eq!((stopped, dbgmcu.stops_watchdog()), (vec![number], false));

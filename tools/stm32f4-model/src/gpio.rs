@@ -5,7 +5,7 @@ use crate::lint::LintKind;
 pub(crate) const MODER: u32 = 0x00;
 const OTYPER: u32 = 0x04;
 const OSPEEDR: u32 = 0x08;
-const PUPDR: u32 = 0x0C;
+pub(crate) const PUPDR: u32 = 0x0C;
 const IDR: u32 = 0x10;
 const ODR: u32 = 0x14;
 const BSRR: u32 = 0x18;
@@ -135,6 +135,11 @@ impl Gpio {
     /// Bit of a pin in the output register.
     pub(crate) fn output(&self, pin: u8) -> bool {
         self.odr >> pin & 1 != 0
+    }
+
+    /// Pins whose pull-up is on.
+    pub(crate) fn pull_ups(&self) -> u16 {
+        (0..16).filter(|&pin| self.pull_up(pin)).fold(0, |mask, pin| mask | 1 << pin)
     }
 
     /// True where the pull-up is on.

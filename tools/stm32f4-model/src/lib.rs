@@ -1,10 +1,11 @@
-//! Models of the STM32F407VG's peripherals: registers, interrupt lines and pins, without the processor.
+//! Models of the peripherals of two chips, STM32F407VG and STM32F411CE: registers, interrupt lines and pins, without the processor.
 //!
 //! [`Soc`] holds RCC, PWR, the supervision of the supply, the flash interface, GPIO, SYSCFG, EXTI, TIM1 to TIM14, ADC1 to ADC3, DMA1 and DMA2, USART2, IWDG, DBGMCU
 //! and the factory data. The caller models the core and its own registers (NVIC, SysTick, SCB, DWT). A [`Plant`] supplies the signals at
 //! the pins, a [`DmaMemory`] the memory that DMA accesses.
 //!
-//! Source: reference manual RM0090 and the data sheet; each test names the section that it checks. Not compared with silicon.
+//! Source: reference manual RM0090 and the data sheet; each test names the section that it checks. What differs in the STM32F411 is from RM0383, and
+//! stands in [`Chip`], in the table of blocks, in RCC and in PWR. Not compared with silicon.
 //!
 //! Every access that the model cannot follow is recorded as a [`Lint`]: a register or mode that is not modelled, a block without clock, a
 //! width that the manual forbids, or a use that the chip would ignore.
@@ -18,6 +19,7 @@
 
 mod adc;
 mod bus;
+mod chip;
 mod clock;
 mod config;
 mod dbgmcu;
@@ -41,6 +43,7 @@ mod usart;
 
 pub use adc::{AdcChannel, Conversion};
 pub use bus::Width;
+pub use chip::Chip;
 pub use config::SocConfig;
 pub use flash::{FlashChange, FlashOperation, flash_sector_at};
 pub use lint::{Lint, LintKind};

@@ -16,6 +16,13 @@ pub trait Plant {
     /// Returns the level that the surroundings drive on a pin. Called for all 144 pins at each input sample, so keep it fast.
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool;
 
+    /// Returns true while nothing drives a pin, as at an open contact: its level is then that of the chip's pull-up, low without one. Called with
+    /// [`Plant::input_level`].
+    fn input_floats(&mut self, pin: Pin, seconds: f64) -> bool {
+        let _ = (pin, seconds);
+        false
+    }
+
     /// Receives a level change of a pin that the chip drives (general purpose output or timer output).
     ///
     /// Calls come in the order of time. A pin that the chip stops driving counts as low, unless its pull-up is on.

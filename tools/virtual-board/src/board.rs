@@ -50,6 +50,11 @@ pub(crate) struct BoardModel {
     deadline: u64,
     next_stop: u64,
     next_stop_s: f64,
+    /// Inputs are known up to this cycle, and nothing later is looked at.
+    horizon: u64,
+    horizon_s: f64,
+    /// The processor stopped before a block that would pass the horizon, and for nothing else.
+    met_horizon: bool,
     hclk_hz: u32,
     cpi_milli: u64,
     cycle_remainder: u64,
@@ -66,6 +71,7 @@ impl BoardModel {
     pub(crate) fn new(soc: Soc, plant: BoardPlant, cpi: f64) -> Self {
         let hclk_hz = soc.hclk_hz();
         let mut scs = Scs::default();
+        scs.chip = soc.config().chip;
         scs.reset();
         BoardModel {
             soc,
@@ -82,6 +88,9 @@ impl BoardModel {
             deadline: 0,
             next_stop: 0,
             next_stop_s: 0.0,
+            horizon: NEVER,
+            horizon_s: f64::INFINITY,
+            met_horizon: false,
             hclk_hz,
             cpi_milli: (cpi * 1000.0).round() as u64,
             cycle_remainder: 0,
@@ -114,6 +123,52 @@ impl BoardModel {
         self.next_stop_s = seconds;
         self.next_stop = self.soc.cycle_at(seconds);
         self.update_deadline();
+    }
+
+    /// Sets the time up to which the inputs are known, s: no block of instructions runs past it.
+    pub(crate) fn set_horizon(&mut self, seconds: f64) {
+        self.horizon_s = seconds;
+        self.update_horizon();
+    }
+
+    /// An input will change, of which the peripherals do not know yet: they are advanced before the core goes on.
+    pub(crate) const fn expect_change(&mut self) {
+        self.deadline = 0;
+    }
+
+    /// The last cycle before the horizon: what is due at that time comes after it.
+    fn update_horizon(&mut self) {
+        self.horizon = match self.soc.cycle_at(self.horizon_s) {
+            NEVER => NEVER,
+            cycle => cycle.saturating_sub(1),
+        };
+    }
+
+    /// True if the board is past its horizon: by the entry of an exception.
+    #[must_use]
+    pub(crate) const fn is_past_horizon(&self) -> bool {
+        self.now > self.horizon
+    }
+
+    /// True if a sleep would pass the horizon.
+    #[must_use]
+    pub(crate) fn sleeps_past_horizon(&self) -> bool {
+        self.sleeps_until() > self.horizon
+    }
+
+    /// True if so many instructions would pass the horizon.
+    const fn would_pass_horizon(&self, instructions: u32) -> bool {
+        let instructions = instructions as u64;
+        let is_one_each = self.cpi_milli == 1000;
+        let cycles =
+            if is_one_each { instructions } else { (instructions * self.cpi_milli + self.cycle_remainder) / 1000 };
+        self.now + cycles > self.horizon
+    }
+
+    /// True if the processor stopped before a block that would pass the horizon, and for nothing else.
+    #[must_use]
+    pub(crate) const fn has_met_horizon(&self) -> bool {
+        self.met_horizon
     }
 
     /// True from the time that was set with [`BoardModel::stop_at`].
@@ -149,9 +204,13 @@ impl BoardModel {
         self.now += cycles;
     }
 
+    fn sleeps_until(&self) -> u64 {
+        self.deadline.max(self.now + 1)
+    }
+
     /// Advances time to the deadline, with the core asleep. Returns the cycles slept.
     pub(crate) fn sleep(&mut self) -> u64 {
-        let until = self.deadline.max(self.now + 1);
+        let until = self.sleeps_until();
         let cycles = until - self.now;
         if !self.debug_in_sleep {
             self.scs.exclude_cycles(cycles);
@@ -203,6 +262,7 @@ impl BoardModel {
         if self.soc.hclk_hz() != self.hclk_hz {
             self.hclk_hz = self.soc.hclk_hz();
             self.next_stop = self.soc.cycle_at(self.next_stop_s);
+            self.update_horizon();
         }
         if self.scs.reset_requested {
             self.reset = self.reset.or(Some(ResetCause::Software));
@@ -304,8 +364,13 @@ impl BoardModel {
 }
 
 impl Machine for BoardModel {
-    fn before_block(&mut self, masks: impl FnOnce() -> Masks) -> bool {
-        self.now >= self.deadline || self.exception_possible && self.is_deliverable(masks())
+    fn before_block(&mut self, instructions: u32, masks: impl FnOnce() -> Masks) -> bool {
+        if self.now >= self.deadline || self.exception_possible && self.is_deliverable(masks()) {
+            self.met_horizon = false;
+            return true;
+        }
+        self.met_horizon = self.would_pass_horizon(instructions);
+        self.met_horizon
     }
 
     fn charge(&mut self, pc: u32, instructions: u32) {

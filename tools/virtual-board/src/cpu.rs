@@ -93,8 +93,8 @@ pub(crate) enum Stop {
 
 /// The board as the processor uses it.
 pub(crate) trait Machine {
-    /// Decides before each block of instructions whether to stop there. `masks` reads the mask registers, which is slow.
-    fn before_block(&mut self, masks: impl FnOnce() -> Masks) -> bool;
+    /// Decides before each block of so many instructions whether to stop there. `masks` reads the mask registers, which is slow.
+    fn before_block(&mut self, instructions: u32, masks: impl FnOnce() -> Masks) -> bool;
 
     /// Counts the instructions of the block at `pc`, which runs next.
     fn charge(&mut self, pc: u32, instructions: u32);

@@ -9,7 +9,8 @@ use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
 use object::{Endianness, Object as _, ObjectSymbol as _};
 use sha2::{Digest as _, Sha256};
 
-use crate::unicorn::{FLASH, FLASH_SIZE, RAMS};
+use crate::modelled_board::ModelledBoard;
+use crate::unicorn::{FLASH, rams};
 
 /// A program: its flash contents and symbols.
 #[derive(Debug)]
@@ -18,6 +19,8 @@ pub(crate) struct ProgramImage {
     pub(crate) flash: Vec<u8>,
     /// SHA-256 of the ELF file, hexadecimal.
     pub(crate) sha256: String,
+    /// The board on which it runs.
+    pub(crate) board: ModelledBoard,
     symbols: SymbolTable,
 }
 
@@ -31,26 +34,29 @@ struct SymbolTable {
 }
 
 impl ProgramImage {
-    /// Reads the file at `path`.
+    /// Reads the file at `path`. `board`: the board that the command line names, if it does.
     ///
     /// # Errors
-    /// The file cannot be read, or is not an ARM ELF for the flash of this chip.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    /// The file cannot be read, is for another board, or is not an ARM ELF for the flash of its chip.
+    pub(crate) fn read(path: &Path, board: Option<ModelledBoard>) -> Result<Self> {
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(&bytes).with_context(|| format!("{} cannot run on an STM32F407", path.display()))
+        Self::parse(&bytes, board).with_context(|| format!("{} cannot run here", path.display()))
     }
 
     /// Parses the bytes of an ELF file.
     ///
     /// # Errors
     /// As [`ProgramImage::read`].
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Self> {
+    pub(crate) fn parse(bytes: &[u8], board: Option<ModelledBoard>) -> Result<Self> {
         let elf = ElfFile32::<Endianness>::parse(bytes).context("not a 32-bit ELF file")?;
         let endian = elf.endian();
         ensure!(endian == Endianness::Little, "the ELF is big-endian; allowed is little-endian");
         let machine = elf.elf_header().e_machine(endian);
         ensure!(machine == EM_ARM, "the ELF is for machine {machine}; allowed is {EM_ARM} (ARM)");
 
+        let board = ModelledBoard::of_image(elf.symbols().filter_map(|symbol| symbol.name().ok()), board)?;
+        let chip = board.config().chip;
+        let flash_size = chip.flash_bytes();
         let mut flash = Vec::new();
         for header in elf.elf_program_headers() {
             if header.p_type(endian) != PT_LOAD || header.p_filesz(endian) == 0 {
@@ -61,10 +67,10 @@ impl ProgramImage {
             let start = addr.wrapping_sub(FLASH) as usize;
             let end = start.saturating_add(data.len());
             ensure!(
-                end <= FLASH_SIZE as usize,
-                "a segment of {} bytes is loaded to 0x{addr:08X}; flash is 0x{FLASH:08X} to 0x{:08X}",
+                end <= flash_size as usize,
+                "a segment of {} bytes is loaded to 0x{addr:08X}; flash of an {chip} is 0x{FLASH:08X} to 0x{:08X}",
                 data.len(),
-                FLASH + FLASH_SIZE - 1
+                FLASH + flash_size - 1
             );
             if flash.len() < end {
                 flash.resize(end, 0xFF);
@@ -74,10 +80,10 @@ impl ProgramImage {
         ensure!(flash.len() >= 8, "no segment is loaded to 0x{FLASH:08X}, the address of the vector table");
         let word = |at: usize| u32::from_le_bytes([flash[at], flash[at + 1], flash[at + 2], flash[at + 3]]);
         let (sp, entry) = (word(0), word(4));
-        if !RAMS.iter().any(|&(base, size)| sp > base && sp <= base + size) {
+        if !rams(chip).iter().any(|&(base, size)| sp > base && sp <= base + size) {
             bail!("the stack pointer 0x{sp:08X} in the vector table is not in RAM");
         }
-        if entry & 1 == 0 || (entry & !1).wrapping_sub(FLASH) >= FLASH_SIZE {
+        if entry & 1 == 0 || (entry & !1).wrapping_sub(FLASH) >= flash_size {
             bail!("the reset vector 0x{entry:08X} in the vector table is not an odd address in flash");
         }
 
@@ -103,7 +109,7 @@ impl ProgramImage {
             }
         }
         let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(ProgramImage { flash, sha256, symbols })
+        Ok(ProgramImage { flash, sha256, board, symbols })
     }
 
     /// Adds bytes to flash that the program leaves erased, like a second download.
@@ -113,11 +119,12 @@ impl ProgramImage {
     pub(crate) fn add_download(&mut self, addr: u32, bytes: &[u8]) -> Result<()> {
         let start = addr.wrapping_sub(FLASH) as usize;
         let end = start.saturating_add(bytes.len());
+        let flash_size = self.board.config().chip.flash_bytes();
         ensure!(
-            end <= FLASH_SIZE as usize,
+            end <= flash_size as usize,
             "{} bytes at 0x{addr:08X} do not fit; flash is 0x{FLASH:08X} to 0x{:08X}",
             bytes.len(),
-            FLASH + FLASH_SIZE - 1
+            FLASH + flash_size - 1
         );
         if self.flash.len() < end {
             self.flash.resize(end, 0xFF);
@@ -194,30 +201,43 @@ mod tests {
 
     #[test]
     fn refuses_a_file_that_is_not_for_this_chip() {
-        let error = |bytes: &[u8]| format!("{:#}", ProgramImage::parse(bytes).unwrap_err());
+        let error = |bytes: &[u8]| format!("{:#}", ProgramImage::parse(bytes, None).unwrap_err());
         assert!(error(b"hello").contains("not a 32-bit ELF"));
         assert!(error(&host_elf()).contains("not a 32-bit ELF"), "{}", error(&host_elf()));
         for (paddr, sp, entry, words) in [
             (0x2000_0000u32, 0x2000_1000u32, 0x0800_0009u32, "is loaded to 0x20000000"),
             (0x0800_0000, 0x3000_0000, 0x0800_0009, "stack pointer 0x30000000 in the vector table is not in RAM"),
             (0x0800_0000, 0x2000_1000, 0x0800_0008, "reset vector 0x08000008"),
-            (0x080F_FFFC, 0x2000_1000, 0x0800_0009, "flash is 0x08000000 to 0x080FFFFF"),
+            (0x080F_FFFC, 0x2000_1000, 0x0800_0009, "flash of an STM32F407 is 0x08000000 to 0x080FFFFF"),
         ] {
             let message = error(&elf(paddr, sp, entry));
             assert!(message.contains(words), "{message}");
         }
     }
 
+    /// 512 KiB of flash, and no core-coupled memory.
+    #[test]
+    fn the_memory_is_that_of_the_chip() {
+        let error = |elf: &[u8]| {
+            let pill = ProgramImage::parse(elf, Some(ModelledBoard::BlackPillF411));
+            format!("{:#}", pill.unwrap_err())
+        };
+        let high = elf(0x0808_0000, 0x2000_1000, 0x0800_0009);
+        assert!(error(&high).contains("flash of an STM32F411 is 0x08000000 to 0x0807FFFF"), "{}", error(&high));
+        assert!(error(&elf(0x0800_0000, 0x1000_1000, 0x0800_0009)).contains("not in RAM"));
+        assert!(ProgramImage::parse(&elf(0x0800_0000, 0x1000_1000, 0x0800_0009), None).is_ok());
+    }
+
     #[test]
     fn places_segments_by_physical_address() {
-        let image = ProgramImage::parse(&elf(0x0800_0000, 0x2000_1000, 0x0800_0009)).unwrap();
+        let image = ProgramImage::parse(&elf(0x0800_0000, 0x2000_1000, 0x0800_0009), None).unwrap();
         assert_eq!(image.flash[..8], [0x00, 0x10, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08]);
         let mut image = image;
         image.add_download(FLASH + 0x4000, &[1, 2]).unwrap();
         assert_eq!(image.flash[0x3FFF..0x4002], [0xFF, 1, 2]);
         let message = |result: Result<()>| result.unwrap_err().to_string();
         assert!(message(image.add_download(FLASH + 4, &[0])).contains("leaves erased"));
-        assert!(message(image.add_download(FLASH + FLASH_SIZE - 1, &[0, 0])).contains("do not fit"));
+        assert!(message(image.add_download(0x080F_FFFF, &[0, 0])).contains("do not fit"));
         assert!(message(image.add_download(0x2000_0000, &[0])).contains("do not fit"));
         assert_eq!(image.sha256.len(), 64);
         assert!(image.find_function("main").unwrap_err().to_string().contains("no function `main`"));
@@ -234,7 +254,12 @@ mod tests {
         ] {
             symbols.plain.insert(name.into(), addresses);
         }
-        let image = ProgramImage { flash: vec![0xFF; 0x2_0000], sha256: String::new(), symbols };
+        let image = ProgramImage {
+            flash: vec![0xFF; 0x2_0000],
+            sha256: String::new(),
+            board: ModelledBoard::default(),
+            symbols,
+        };
         assert_eq!(image.find_function("telemetry::run").unwrap(), 0x0801_0000);
         assert_eq!(image.find_function("blink").unwrap(), 0x0801_0300);
         assert_eq!(image.find_function("_SEGGER_RTT").unwrap(), 0x2000_0000);

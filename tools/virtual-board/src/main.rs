@@ -1,4 +1,4 @@
-//! Virtual board: runs the firmware ELF on a modelled STM32F407. Unicorn executes the code, `stm32f4-model` models the peripherals.
+//! Virtual board: runs the firmware ELF on a modelled STM32F407 or STM32F411. Unicorn executes the code, `stm32f4-model` models the peripherals.
 //!
 //! Exit status: 0 after the given time, `quit` or a signal, without error; 1 if an access was not modelled, not clocked or not allowed, or
 //! the core locked up, slept without a wake-up source or took a fault that was not injected, or a servo got a pulse that it may not get; 2 if the
@@ -14,9 +14,12 @@ mod console;
 mod cpu;
 mod exception;
 mod fault;
+mod feed;
 mod inject;
 mod judge;
 mod loader;
+mod lockstep;
+mod modelled_board;
 mod nvic;
 mod pin_name;
 mod plant;
@@ -32,6 +35,7 @@ mod semihosting;
 mod serial;
 mod servos;
 mod systick;
+mod tables;
 mod unicorn;
 mod waveform;
 
@@ -51,21 +55,27 @@ use crate::exception::OmittedParts;
 use crate::inject::{FrequencyAt, Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::judge::Joint;
 use crate::loader::ProgramImage;
-use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
+use crate::lockstep::Requests;
+use crate::modelled_board::ModelledBoard;
+use crate::plant::{BoardPlant, ButtonPress, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
 use crate::script::{HIGHEST_LSI_HZ, Script};
 use crate::serial::SerialPort;
 use crate::servos::Servos;
+use crate::tables::{LevelTable, VoltageTable};
 
-/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
+/// Runs an ELF for the STM32F407 or the STM32F411 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
 /// input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
     /// ELF file of the firmware
     elf: PathBuf,
+    /// The board, for an ELF file that does not name it [default: f4-discovery]. A firmware image names its board, and runs on no other
+    #[arg(long, value_name = "BOARD")]
+    board: Option<ModelledBoard>,
     /// Write the bytes of a file to erased flash, for example 0x08004000=generator.bin
     #[arg(long, value_name = "ADDRESS=FILE", value_parser = parse_download)]
     flash: Vec<FlashDownload>,
@@ -136,9 +146,9 @@ struct Cli {
     /// The crystal does not start
     #[arg(long)]
     hse_dead: bool,
-    /// Frequency of the crystal, Hz
-    #[arg(long, value_name = "HZ", default_value_t = SocConfig::default().hse_hz, value_parser = clap::value_parser!(u32).range(1_000_000..=50_000_000))]
-    hse_hz: u32,
+    /// Frequency of the crystal, Hz, for one that is not the board's [default: 8000000, black-pill-f411 25000000]
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000_000..=50_000_000))]
+    hse_hz: Option<u32>,
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
     #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "script", "save_flash", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
@@ -164,7 +174,7 @@ struct Cli {
     /// Frequency of the low speed oscillator at power-on, which clocks the watchdog, Hz; 0: it does not oscillate
     #[arg(long, default_value_t = 32_000.0, value_parser = parse_lsi)]
     lsi_hz: f64,
-    /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3]
+    /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3, black-pill-f411 3.3]
     #[arg(long, value_parser = parse_positive)]
     vdda: Option<f64>,
     /// RTT mode that the attached debugger sets when the buffer is full: 0 skip, 1 trim, 2 wait
@@ -176,6 +186,9 @@ struct Cli {
     /// Cycles per instruction, 0.1 to 100
     #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
+    /// A program steps the board: it reads requests on standard input, one JSON object a line, and answers each; docs/lockstep.md
+    #[arg(long, conflicts_with_all = ["secs", "volts", "pace", "campaign", "self_test_exit"])]
+    lockstep: bool,
     /// Make a pseudo-terminal that is the host's end of the serial port USART2; its name is in a line of the output
     #[arg(long)]
     serial: bool,
@@ -347,7 +360,8 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
 }
 
 fn run(cli: &Cli) -> Result<u8> {
-    let mut image = ProgramImage::read(&cli.elf)?;
+    let mut image = ProgramImage::read(&cli.elf, cli.board)?;
+    let wiring = image.board.wiring();
     for FlashDownload { addr, file } in &cli.flash {
         let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
         image.add_download(*addr, &bytes).with_context(|| format!("cannot write {} to flash", file.display()))?;
@@ -373,19 +387,20 @@ fn run(cli: &Cli) -> Result<u8> {
             "--edges or --level is given twice for {pin}; allowed is once"
         );
     }
-    ensure!(!lines.contains_key(&BUTTON), "--level or --edges is given for {BUTTON}, the user button; use --press");
+    let button = wiring.button;
+    ensure!(!lines.contains_key(&button), "--level or --edges is given for {button}, the user button; use --press");
     ensure!(
         cli.emergency_stop.is_empty() || !lines.contains_key(&EMERGENCY_STOP),
         "both --emergency-stop and --level or --edges set {EMERGENCY_STOP}; remove one of them"
     );
     let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
-    let default = SocConfig::default();
+    let default = image.board.config();
     let vdda = cli.vdda.unwrap_or(default.vdda);
     /// BOR_LEV of a chip that `cargo xtask flash` has written: the highest level. The model's default is that of a chip as delivered: off.
     const BROWN_OUT_RESET_ON: u8 = 0;
     let bor_level = if cli.no_brown_out_reset { default.bor_level } else { BROWN_OUT_RESET_ON };
-    let config =
-        SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, hse_hz: cli.hse_hz, bor_level, ..default };
+    let hse_hz = cli.hse_hz.unwrap_or(default.hse_hz);
+    let config = SocConfig { hse_hz, lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
     let options = RunOptions {
         secs: cli.secs,
         cpi: cli.cpi,
@@ -416,7 +431,7 @@ fn run(cli: &Cli) -> Result<u8> {
     };
     let injections = collect_injections(cli, &image)?;
     let script = cli.script.as_deref().map(Script::read).transpose()?;
-    let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
+    let mut plant = BoardPlant::new(wiring, volts, cli.press.clone(), lines);
     cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
     if let Some(path) = &cli.campaign {
@@ -439,9 +454,13 @@ fn run(cli: &Cli) -> Result<u8> {
     }
     let report = ReportWriter::new(BufWriter::new(stdout()));
     let serial = cli.serial.then(SerialPort::open).transpose()?;
-    let mut run =
-        BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?;
+    // The requests come on standard input.
+    let console = if cli.lockstep { Console::closed() } else { Console::open()? };
+    let mut run = BoardRun::new(&image, config, plant, injections, recorder, console, serial, report, options)?;
     run.servos = servos;
+    if cli.lockstep {
+        run.follow_requests(Requests::new(std::io::stdin().lock()));
+    }
     if let Some(script) = &script {
         run.follow(script)?;
     }
@@ -506,6 +525,8 @@ mod tests {
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
             (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),
             (&["fw.elf", "--lsi-hz", "-1"], "-1"),
+            (&["fw.elf", "--board", "nucleo-f446re"], "f4-discovery, black-pill-f411"),
+            (&["fw.elf", "--hse-hz", "0"], "1000000..=50000000"),
             (&["fw.elf", "--lsi-hz", "100001"], "0 to 100000"),
             (&["fw.elf", "--lsi", "60000"], "HZ@SECONDS"),
             (&["fw.elf", "--halt", "x"], "`x` is not a finite number"),
@@ -516,6 +537,10 @@ mod tests {
             (&["fw.elf", "--violates", ""], "--violates"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
+            (&["fw.elf", "--lockstep", "--volts", "a.csv"], "cannot be used with"),
+            (&["fw.elf", "--lockstep", "--secs", "1"], "cannot be used with"),
+            (&["fw.elf", "--lockstep", "--pace"], "cannot be used with"),
+            (&["fw.elf", "--lockstep", "--campaign", "a.toml"], "cannot be used with"),
             (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),
             (&[], "ELF"),
         ] {

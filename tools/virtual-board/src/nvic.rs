@@ -1,14 +1,14 @@
-//! NVIC and system exceptions of the Cortex-M4 with 82 interrupt lines: enable, pending, active and priority of each exception.
+//! NVIC and system exceptions of the Cortex-M4 with 86 interrupt lines: enable, pending, active and priority of each exception.
 //!
 //! Exceptions carry their architectural numbers: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault, 11 SVCall, 14 PendSV,
 //! 15 SysTick, 16 + n interrupt line n. A lower priority value is more urgent; Reset, NMI and HardFault have -3, -2 and -1.
 //! State only, independent of the processor (ARMv7-M Architecture Reference Manual, B1.5 and B3.4).
 
-/// Number of interrupt lines of the STM32F407.
-pub(crate) const LINES: u8 = 82;
+/// Number of interrupt lines: the STM32F407 has 82, the STM32F411 some of these and SPI4 and SPI5, the lines 84 and 85.
+pub(crate) const LINES: u8 = 86;
 /// Number of exceptions: 16 of the core, and the lines.
 pub(crate) const EXCEPTIONS: usize = 16 + LINES as usize;
-/// Implemented bits of a priority byte: the F407 has the upper four.
+/// Implemented bits of a priority byte: the chips have the upper four.
 const PRIORITY_MASK: u8 = 0xF0;
 /// Execution priority with no exception active and no mask: less urgent than all.
 const THREAD_PRIORITY: i16 = 256;
@@ -75,7 +75,7 @@ impl Default for Nvic {
 }
 
 impl Nvic {
-    /// True for an exception number of the F407: system exceptions and interrupt lines.
+    /// True for an exception number of the chips: system exceptions and interrupt lines.
     #[must_use]
     pub(crate) const fn exists(exception: u8) -> bool {
         (exception as usize) < EXCEPTIONS && exception != 0

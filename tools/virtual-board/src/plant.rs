@@ -2,199 +2,21 @@
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::path::Path;
 
-use anyhow::{Context as _, Result, bail, ensure};
 use stm32f4_model::{AdcChannel, Pin, Plant};
 
 use crate::campaign::Press;
+use crate::feed::{Contact, Feed};
+use crate::modelled_board::Wiring;
 use crate::pulses::Pulses;
+use crate::tables::{LevelTable, VoltageColumn, VoltageTable};
 use crate::waveform::Waveform;
-
-/// The user button: high while pressed.
-pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
-    Some(pin) => pin,
-    None => panic!("a pin of port A"),
-};
 
 /// The emergency stop: high while released, by its closed contact.
 pub(crate) const EMERGENCY_STOP: Pin = match Pin::new('B', 12) {
     Some(pin) => pin,
     None => panic!("a pin of port B"),
 };
-
-/// Name of the column of the analogue supply.
-const VDDA: &str = "VDDA";
-
-/// Pin or supply of a column of voltages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum VoltageColumn {
-    Pin(Pin),
-    Vdda,
-}
-
-impl VoltageColumn {
-    fn parse(name: &str) -> Result<Self> {
-        if name == VDDA { Ok(VoltageColumn::Vdda) } else { Ok(VoltageColumn::Pin(name.parse()?)) }
-    }
-
-    fn name(self) -> String {
-        match self {
-            VoltageColumn::Pin(pin) => pin.to_string(),
-            VoltageColumn::Vdda => VDDA.into(),
-        }
-    }
-}
-
-/// Voltages of pins and of the analogue supply over time, V. Linear interpolation between rows; the first row holds before it.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct VoltageTable {
-    times: Vec<f64>,
-    columns: BTreeMap<VoltageColumn, Vec<f64>>,
-    repeat: bool,
-}
-
-impl VoltageTable {
-    /// Reads a CSV file with the header `time_s,PA1,...`; a column `VDDA` is the analogue supply. With `repeat` the table is periodic: its
-    /// last row is at the same phase as its first; otherwise the last row is held.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its header or a row is invalid; the message names the line.
-    pub(crate) fn read(path: &Path, repeat: bool) -> Result<Self> {
-        let file = std::fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(file, repeat).with_context(|| format!("{} is not a valid table of voltages", path.display()))
-    }
-
-    /// Parses the CSV text.
-    ///
-    /// # Errors
-    /// As [`VoltageTable::read`].
-    pub(crate) fn parse(text: impl Read, repeat: bool) -> Result<Self> {
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
-        let header = reader.headers()?.clone();
-        ensure!(header.get(0) == Some("time_s"), "line 1: the first column must be `time_s`, for example `time_s,PA1`");
-        let nodes: Vec<VoltageColumn> =
-            header.iter().skip(1).map(VoltageColumn::parse).collect::<Result<_>>().context("line 1")?;
-        ensure!(!nodes.is_empty(), "line 1: no pin is named; expected is for example `time_s,PA1`");
-        let mut volts = VoltageTable { repeat, ..VoltageTable::default() };
-        for node in &nodes {
-            if volts.columns.insert(*node, Vec::new()).is_some() {
-                bail!("line 1: {} is named twice", node.name());
-            }
-        }
-        for row in reader.records() {
-            let row = row?;
-            let line = row.position().map_or(0, csv::Position::line);
-            let number = |field: &str| match field.parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(value),
-                _ => bail!("line {line}: `{field}` is not a finite number"),
-            };
-            let time = number(&row[0])?;
-            if let Some(last) = volts.times.last() {
-                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s; times must increase");
-            }
-            volts.times.push(time);
-            for (node, field) in nodes.iter().zip(row.iter().skip(1)) {
-                let value = number(field)?;
-                ensure!(
-                    *node != VoltageColumn::Vdda || value > 0.0,
-                    "line {line}: {VDDA} of {value} V; the converter divides by it, so it must be greater than 0"
-                );
-                volts.columns.entry(*node).or_default().push(value);
-            }
-        }
-        ensure!(!volts.times.is_empty(), "the table has no row; at least one is required");
-        ensure!(!repeat || volts.times.len() > 1, "a single row cannot be repeated; --loop needs at least two");
-        Ok(volts)
-    }
-
-    /// True if the table has the analogue supply.
-    #[must_use]
-    pub(crate) fn has_vdda(&self) -> bool {
-        self.columns.contains_key(&VoltageColumn::Vdda)
-    }
-
-    /// Voltage at a pin, V; 0 V at a pin that is not in the table.
-    #[must_use]
-    pub(crate) fn at(&self, pin: Pin, seconds: f64) -> f64 {
-        self.of(VoltageColumn::Pin(pin), seconds).unwrap_or(0.0)
-    }
-
-    /// Analogue supply, V; `None`: not in the table.
-    #[must_use]
-    pub(crate) fn vdda(&self, seconds: f64) -> Option<f64> {
-        self.of(VoltageColumn::Vdda, seconds)
-    }
-
-    fn of(&self, node: VoltageColumn, seconds: f64) -> Option<f64> {
-        let (column, &first, &last) = (self.columns.get(&node)?, self.times.first()?, self.times.last()?);
-        let time = if self.repeat && seconds > first { first + (seconds - first) % (last - first) } else { seconds };
-        let after = self.times.partition_point(|&row| row <= time);
-        if after == 0 {
-            return Some(column[0]);
-        }
-        let (Some(t1), Some(v1)) = (self.times.get(after), column.get(after)) else { return Some(column[after - 1]) };
-        let (t0, v0) = (self.times[after - 1], column[after - 1]);
-        Some(v0 + (v1 - v0) * (time - t0) / (t1 - t0))
-    }
-}
-
-/// Level of a digital input over time; low before its first edge.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct LevelTable {
-    /// Times, s, and the level from each on.
-    edges: Vec<(f64, bool)>,
-}
-
-impl LevelTable {
-    /// Reads a CSV file with the header `time_s,level`, one edge per row, as logic analysers export and `footfall sync` reads.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its header or a row is invalid; the message names the line.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
-        let file = std::fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(file).with_context(|| format!("{} is not a valid list of edges", path.display()))
-    }
-
-    fn parse(text: impl Read) -> Result<Self> {
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
-        ensure!(reader.headers()? == vec!["time_s", "level"], "line 1: the header must be `time_s,level`");
-        let mut edges: Vec<(f64, bool)> = Vec::new();
-        for row in reader.records() {
-            let row = row?;
-            let line = row.position().map_or(0, csv::Position::line);
-            let time = match row[0].parse::<f64>() {
-                Ok(time) if time.is_finite() => time,
-                _ => bail!("line {line}: `{}` is not a finite number", &row[0]),
-            };
-            let level = match &row[1] {
-                "0" => false,
-                "1" => true,
-                other => bail!("line {line}: the level is `{other}`; allowed is 0 or 1"),
-            };
-            if let Some((last, _)) = edges.last() {
-                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s; times must increase");
-            }
-            edges.push((time, level));
-        }
-        Ok(Self { edges })
-    }
-
-    /// A constant level.
-    pub(crate) fn fixed(level: bool) -> Self {
-        Self { edges: vec![(f64::NEG_INFINITY, level)] }
-    }
-
-    fn at(&self, seconds: f64) -> bool {
-        let after = self.edges.partition_point(|(time, _)| *time <= seconds);
-        after > 0 && self.edges[after - 1].1
-    }
-
-    fn next_edge(&self, seconds: f64) -> Option<f64> {
-        self.edges.get(self.edges.partition_point(|(time, _)| *time <= seconds)).map(|(time, _)| *time)
-    }
-}
 
 /// One press of the user button, or of the emergency stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -230,6 +52,7 @@ impl From<Press> for ButtonPress {
 /// Signals at the pins of the board.
 #[derive(Debug, Default)]
 pub(crate) struct BoardPlant {
+    wiring: Wiring,
     volts: VoltageTable,
     presses: Vec<ButtonPress>,
     /// Presses of the emergency stop.
@@ -244,15 +67,36 @@ pub(crate) struct BoardPlant {
     waves: BTreeMap<Pin, Waveform>,
     /// The user has pressed or released since the last input sample.
     changed: Cell<bool>,
+    /// Time of the last input sample, s.
+    sampled_s: f64,
+    /// What a program outside gives.
+    feed: Feed,
     /// Measurement of the output pins.
     pub(crate) pulses: Pulses,
 }
 
 impl BoardPlant {
-    /// A plant with recorded voltages, presses at given times, and digital inputs.
+    /// The plant of a board with recorded voltages, presses at given times, and digital inputs.
     #[must_use]
-    pub(crate) fn new(volts: VoltageTable, presses: Vec<ButtonPress>, lines: BTreeMap<Pin, LevelTable>) -> Self {
-        BoardPlant { volts, presses, lines, ..BoardPlant::default() }
+    pub(crate) fn new(
+        wiring: Wiring,
+        volts: VoltageTable,
+        presses: Vec<ButtonPress>,
+        lines: BTreeMap<Pin, LevelTable>,
+    ) -> Self {
+        BoardPlant { wiring, volts, presses, lines, pulses: Pulses::of(wiring), ..BoardPlant::default() }
+    }
+
+    /// Whether the user button is pressed at a time, s.
+    pub(crate) fn button_is_pressed(&self, seconds: f64) -> bool {
+        match self.waves.get(&self.wiring.button) {
+            Some(wave) => wave.at(seconds) == self.wiring.pressed,
+            None => {
+                self.held
+                    || self.feed.is_on(Contact::Button, seconds)
+                    || self.presses.iter().any(|press| press.is_on(seconds))
+            }
+        }
     }
 
     /// Adds a press of the emergency stop.
@@ -278,6 +122,26 @@ impl BoardPlant {
     pub(crate) fn drive(&mut self, pin: Pin, wave: Waveform) {
         self.waves.insert(pin, wave);
         self.changed.set(true);
+    }
+
+    /// What a program outside gives.
+    pub(crate) const fn feed(&mut self) -> &mut Feed {
+        &mut self.feed
+    }
+
+    /// Takes the state of a contact from a program outside, from a time on, s. Returns whether it is another one than before.
+    pub(crate) fn give_contact(&mut self, contact: Contact, seconds: f64, on: bool) -> bool {
+        let is_other = self.feed.give_contact(contact, seconds, on);
+        // An input sample of this very moment has been taken.
+        if is_other && seconds <= self.sampled_s {
+            self.changed.set(true);
+        }
+        is_other
+    }
+
+    /// True if the level of an input is given by a table.
+    pub(crate) fn has_line(&self, pin: Pin) -> bool {
+        self.lines.contains_key(&pin)
     }
 
     /// Ends the waveform of an input.
@@ -312,12 +176,16 @@ impl BoardPlant {
         if let Some(wave) = self.waves.get(&pin) {
             return wave.at(seconds);
         }
-        if pin == BUTTON {
-            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
+        if pin == self.wiring.button {
+            return self.button_is_pressed(seconds) == self.wiring.pressed;
         }
         match self.lines.get(&pin) {
             Some(line) => line.at(seconds),
-            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
+            None if pin == EMERGENCY_STOP => {
+                let is_pressed = self.feed.is_on(Contact::Stop, seconds);
+                !is_pressed && !self.stops.iter().any(|press| press.is_on(seconds))
+            }
+            None => self.feed.is_on(Contact::Pin(pin), seconds),
         }
     }
 
@@ -327,24 +195,36 @@ impl BoardPlant {
         self.presses.iter().chain(&self.stops).any(|press| press.at + press.hold > seconds)
             || self.lines.values().any(|line| line.next_edge(seconds).is_some())
             || self.waves.values().any(|wave| wave.next_edge(seconds).is_some())
+            || self.feed.edges_after(seconds).next().is_some()
     }
 }
 
 impl Plant for BoardPlant {
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
-        let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| self.volts.at(pin, seconds));
+        let given =
+            |pin| self.feed.volts(VoltageColumn::Pin(pin), seconds).unwrap_or_else(|| self.volts.at(pin, seconds));
+        let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| given(pin));
         channel.pin().map_or(0.0, at)
     }
 
     fn vdda(&mut self, seconds: f64) -> Option<f64> {
-        self.held_supply.or_else(|| self.volts.vdda(seconds))
+        let given = || self.feed.volts(VoltageColumn::Vdda, seconds);
+        self.held_supply.or_else(given).or_else(|| self.volts.vdda(seconds))
     }
 
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
-        if pin == BUTTON {
+        if pin == self.wiring.button {
             self.changed.set(false);
+            self.sampled_s = seconds;
         }
         self.level(pin, seconds)
+    }
+
+    fn input_floats(&mut self, pin: Pin, seconds: f64) -> bool {
+        self.wiring.open
+            && pin == self.wiring.button
+            && !self.waves.contains_key(&pin)
+            && !self.button_is_pressed(seconds)
     }
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
@@ -358,14 +238,18 @@ impl Plant for BoardPlant {
         let presses = self.presses.iter().chain(&self.stops).flat_map(|press| [press.at, press.at + press.hold]);
         let edges = self.lines.values().filter_map(|line| line.next_edge(seconds));
         let waves = self.waves.values().filter_map(|wave| wave.next_edge(seconds));
-        Some(presses.chain(edges).chain(waves).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
+        let given = self.feed.edges_after(seconds);
+        Some(presses.chain(edges).chain(waves).chain(given).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const BUTTON: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().button;
     use crate::waveform::Wave;
+    use anyhow::Result;
 
     fn volts(text: &str, repeat: bool) -> Result<VoltageTable> {
         VoltageTable::parse(text.as_bytes(), repeat)
@@ -386,13 +270,13 @@ mod tests {
     fn the_supply_is_a_column_like_the_pins() {
         let table = volts("time_s,VDDA,PA1\n0,3.0,1\n1,3.0,1\n2,2.0,1\n", false).unwrap();
         assert!(table.has_vdda());
-        let mut plant = BoardPlant::new(table, vec![], BTreeMap::new());
+        let mut plant = BoardPlant::new(Wiring::default(), table, vec![], BTreeMap::new());
         for (time, want) in [(0.5, 3.0), (1.5, 2.5), (9.0, 2.0)] {
             assert!((plant.vdda(time).unwrap() - want).abs() < 1e-12, "at {time}");
         }
         let without = volts("time_s,PA1\n0,1\n", false).unwrap();
         assert!(!without.has_vdda());
-        assert_eq!(BoardPlant::new(without, vec![], BTreeMap::new()).vdda(1.0), None);
+        assert_eq!(BoardPlant::new(Wiring::default(), without, vec![], BTreeMap::new()).vdda(1.0), None);
     }
 
     #[test]
@@ -433,7 +317,7 @@ mod tests {
     #[test]
     fn the_button_is_high_during_presses_and_while_held() {
         let press = ButtonPress { at: 1.0, hold: 0.1 };
-        let mut plant = BoardPlant::new(VoltageTable::default(), vec![press], BTreeMap::new());
+        let mut plant = BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![press], BTreeMap::new());
         assert_eq!(plant.next_pin_change(0.0), Some(1.0));
         assert_eq!(plant.next_pin_change(1.0), Some(1.1));
         assert_eq!(plant.next_pin_change(1.1), Some(f64::INFINITY));
@@ -465,13 +349,16 @@ mod tests {
         assert_eq!(levels, [true, true, false, false, true]);
         // A cut cable.
         let cut = BTreeMap::from([(EMERGENCY_STOP, LevelTable::fixed(false))]);
-        assert!(!BoardPlant::new(VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0));
+        assert!(
+            !BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0)
+        );
     }
 
     #[test]
     fn a_waveform_replaces_all_else_until_it_is_released() {
         let wave = |high| Waveform::from(Wave::level(BUTTON, high), 1.0);
-        let mut plant = BoardPlant::new(VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
+        let mut plant =
+            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![ButtonPress::short(1.0)], BTreeMap::new());
         plant.drive(BUTTON, wave(false));
         plant.drive(EMERGENCY_STOP, wave(false));
         assert_eq!(plant.next_pin_change(1.0), Some(1.0), "the chip must sample at once");
@@ -484,8 +371,12 @@ mod tests {
     #[test]
     fn fixed_levels_apply_and_other_pins_are_low() {
         let pin: Pin = "PB12".parse().unwrap();
-        let mut plant =
-            BoardPlant::new(VoltageTable::default(), vec![], BTreeMap::from([(pin, LevelTable::fixed(true))]));
+        let mut plant = BoardPlant::new(
+            Wiring::default(),
+            VoltageTable::default(),
+            vec![],
+            BTreeMap::from([(pin, LevelTable::fixed(true))]),
+        );
         assert!(plant.input_level(pin, 0.0));
         assert!(!plant.input_level("PB13".parse().unwrap(), 0.0));
     }
@@ -494,7 +385,8 @@ mod tests {
     fn a_line_has_the_edges_of_its_file() {
         let pin: Pin = "PC6".parse().unwrap();
         let line = LevelTable::parse("time_s,level\n0.5,1\n0.5001,0\n# a comment\n2,1\n".as_bytes()).unwrap();
-        let mut plant = BoardPlant::new(VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
+        let mut plant =
+            BoardPlant::new(Wiring::default(), VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
         for (time, want) in [(0.0, false), (0.5, true), (0.50005, true), (0.5001, false), (1.9, false), (9.0, true)] {
             assert_eq!(plant.input_level(pin, time), want, "at {time}");
         }

@@ -1,4 +1,4 @@
-//! Measurement of the servo outputs PE9, PE11, PE13 and PE14 and of the servo-rail enable PC8: pulse widths, edge counts, and edges while the
+//! Measurement of the servo outputs and of the servo-rail enable: pulse widths, edge counts, and edges while the
 //! outputs are disarmed.
 //!
 //! Armed means that TIM1's main output enable (BDTR.MOE) is set. An edge of a servo pin while it is not is counted as before arming or as
@@ -8,17 +8,7 @@ use std::collections::BTreeMap;
 
 use stm32f4_model::Pin;
 
-/// The servo pins of the STM32F4 Discovery in the order of joints: left hip, right hip, left knee, right knee.
-pub(crate) const SERVOS: [Pin; 4] = match (Pin::new('E', 9), Pin::new('E', 11), Pin::new('E', 13), Pin::new('E', 14)) {
-    (Some(lh), Some(rh), Some(lk), Some(rk)) => [lh, rh, lk, rk],
-    _ => panic!("pins of port E"),
-};
-
-/// The pin that switches the servos' supply on while it is high.
-const RAIL: Pin = match Pin::new('C', 8) {
-    Some(pin) => pin,
-    None => panic!("a pin of port C"),
-};
+use crate::modelled_board::Wiring;
 
 /// Time after disarming in which a falling edge counts as its effect, s.
 const DISARM_EDGE_S: f64 = 1e-6;
@@ -83,6 +73,7 @@ pub(crate) struct PinEdge {
 /// Measures the servo pins, and counts the edges of all pins.
 #[derive(Debug, Default)]
 pub(crate) struct Pulses {
+    wiring: Wiring,
     rise: [Option<f64>; 4],
     done: [Option<f64>; 4],
     programmed: [Option<f64>; 4],
@@ -105,11 +96,23 @@ pub(crate) struct Pulses {
     /// Pins whose edges are recorded, and the recorded edges.
     watched: Vec<Pin>,
     kept: Vec<PinEdge>,
+    /// The edges of the lamps, if they are recorded.
+    lamps: Option<Vec<PinEdge>>,
     periods: Vec<PulsePeriod>,
     activity: Vec<TimedOutputChange>,
 }
 
 impl Pulses {
+    /// No pulse yet, at the pins of a board.
+    pub(crate) fn of(wiring: Wiring) -> Self {
+        Pulses { wiring, ..Pulses::default() }
+    }
+
+    /// The servo pins in the order of joints.
+    pub(crate) const fn servos(&self) -> [Pin; 4] {
+        self.wiring.servos
+    }
+
     /// Starts recording the edges of pins.
     pub(crate) fn record_edges_of(&mut self, pins: impl Iterator<Item = Pin>) {
         self.watched.extend(pins);
@@ -118,6 +121,16 @@ impl Pulses {
     /// The edges of watched pins since the last call, in the order of time.
     pub(crate) fn take_edges(&mut self) -> Vec<PinEdge> {
         std::mem::take(&mut self.kept)
+    }
+
+    /// Starts recording the edges of the lamps.
+    pub(crate) fn record_lamps(&mut self) {
+        self.lamps = Some(Vec::new());
+    }
+
+    /// The edges of the lamps since the last call, in the order of time.
+    pub(crate) fn take_lamps(&mut self) -> Vec<PinEdge> {
+        self.lamps.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Sets the state of the main output enable.
@@ -193,11 +206,14 @@ impl Pulses {
         if self.watched.contains(&pin) {
             self.kept.push(PinEdge { pin, seconds, level });
         }
-        if pin == RAIL {
+        if let Some(lamps) = self.lamps.as_mut().filter(|_| self.wiring.lamps.contains(&pin)) {
+            lamps.push(PinEdge { pin, seconds, level });
+        }
+        if pin == self.wiring.rail {
             self.rail = level;
             self.note(seconds, OutputChange::Rail(level));
         }
-        let Some(servo) = SERVOS.iter().position(|&servo| servo == pin) else { return };
+        let Some(servo) = self.wiring.servos.iter().position(|&servo| servo == pin) else { return };
         let ends_by_disarming = !level && seconds - self.disarmed_at <= DISARM_EDGE_S;
         if !self.armed && !ends_by_disarming {
             let count = if self.armed_since_reset { &mut self.after_disarming } else { &mut self.before_arming };
@@ -254,6 +270,10 @@ impl Pulses {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const SERVOS: [Pin; 4] = crate::modelled_board::ModelledBoard::F4Discovery.wiring().servos;
+    const LAMP: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().lamps[2];
+    const RAIL: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().rail;
 
     fn pulse(pulses: &mut Pulses, at: f64, us: [f64; 4]) {
         SERVOS.iter().for_each(|&pin| pulses.edge(pin, true, at));
@@ -336,6 +356,18 @@ mod tests {
             (3, 2),
             "a rising edge is not an effect of the reset"
         );
+    }
+
+    #[test]
+    fn lamps_are_recorded_apart() {
+        let mut pulses = Pulses::default();
+        pulses.edge(LAMP, true, 0.5);
+        assert_eq!(pulses.take_lamps(), [], "not recorded");
+        pulses.record_lamps();
+        pulses.edge(LAMP, false, 1.5);
+        pulses.edge(Pin::new('D', 11).unwrap(), true, 1.6);
+        assert_eq!(pulses.take_lamps(), [PinEdge { pin: LAMP, seconds: 1.5, level: false }]);
+        assert_eq!((pulses.take_lamps(), pulses.take_edges()), (vec![], vec![]));
     }
 
     #[test]

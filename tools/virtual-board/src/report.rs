@@ -11,10 +11,28 @@ use crate::judge::Judged;
 #[derive(Debug, Clone, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(crate) enum ReportLine {
-    /// First line: the program.
+    /// First line of a conversation step by step: its protocol.
+    Lockstep {
+        /// Version of the protocol.
+        version: u64,
+        /// How the servos are mounted, by the robot record in flash; null: it has no valid one, and no servo is driven.
+        joints: Option<[MountedJoint; 4]>,
+    },
+    /// Last line of the answer to a request of such a conversation.
+    Step(Box<StepEnd>),
+    /// A request that was refused; the board is as before.
+    Error {
+        /// The key that is wrong; empty: the line as a whole.
+        field: String,
+        /// What is wrong, and what is allowed.
+        text: String,
+    },
+    /// First line, but for `lockstep`: the program.
     Start {
         /// SHA-256 of the ELF file.
         elf_sha256: String,
+        /// The board on which it runs.
+        board: &'static str,
         /// Core clock at power-on, Hz.
         hclk_hz: u32,
         /// Cycles per instruction.
@@ -123,6 +141,51 @@ pub(crate) enum ReportLine {
     Reaction(Reaction),
     /// Last line.
     End(Box<RunSummary>),
+}
+
+/// How a servo is mounted on its joint.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct MountedJoint {
+    /// Pin of the servo.
+    pub(crate) pin: String,
+    /// The joint.
+    pub(crate) joint: &'static str,
+    /// Pulse at `deg_at_neutral`, us.
+    pub(crate) neutral_us: f64,
+    /// Angle of the joint at the neutral pulse, degrees.
+    pub(crate) deg_at_neutral: f64,
+    /// Change of the pulse, us a degree: negative where the servo is mirrored.
+    pub(crate) us_per_deg: f64,
+}
+
+/// State of the board at the end of a step.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct StepEnd {
+    /// The board's time: the steps so far, us.
+    pub(crate) t_us: u64,
+    /// TIM1's main output enable.
+    pub(crate) armed: bool,
+    /// The servos' supply is on.
+    pub(crate) rail: bool,
+    /// Lamps that changed.
+    pub(crate) lamps: Vec<LampChange>,
+    /// Angles of the joints of modelled servos, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) deg: Option<[f64; 4]>,
+    /// Torque of each, as a part of what its motor can give, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) torque: Option<[f64; 4]>,
+}
+
+/// A lamp is switched.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct LampChange {
+    /// Time.
+    pub(crate) t_s: f64,
+    /// Its pin.
+    pub(crate) pin: String,
+    /// It is lit.
+    pub(crate) on: bool,
 }
 
 /// Outcome of an injected fault: times from its effect to safe outputs and to the reset.

@@ -2,10 +2,12 @@
 
 mod campaign;
 mod case;
+mod conversation;
 mod disturb;
 mod drift;
 mod exceptions;
 mod flash_files;
+mod lockstep;
 mod moments;
 mod periodic;
 mod saved_sector;
@@ -26,7 +28,7 @@ use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERM
 use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
-use crate::plant::{BUTTON, BoardPlant, EMERGENCY_STOP};
+use crate::plant::{BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
@@ -36,6 +38,7 @@ use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 pub(crate) use campaign::Plan;
+use conversation::Lockstep;
 use drift::Drift;
 pub(crate) use saved_sector::FlashDownload;
 use saved_sector::SavedSector;
@@ -98,6 +101,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     serial: Option<SerialPort>,
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
+    /// The conversation with a program that steps the board.
+    lockstep: Option<Lockstep>,
     /// Sectors to write to files at the end.
     saved: Vec<SavedSector>,
     injections: Vec<Injection>,
@@ -159,7 +164,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
-            cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
+            cpu: UnicornCpu::new(image.board.config().chip, &image.flash, board, options.stale_flags)?,
             image,
             options,
             report,
@@ -167,12 +172,13 @@ impl<'a, W: Write> BoardRun<'a, W> {
             serial,
             rtt,
             recorder,
+            lockstep: None,
             saved: Vec::new(),
             injections,
             watcher: Watcher::default(),
             drift: None,
             scramble: None,
-            judge: Judge::new(Limits::of_flash(&image.flash)),
+            judge: Judge::new(Limits::of_flash(&image.flash), image.board.wiring().servos),
             judge_log,
             servos: None,
             driving: None,
@@ -199,7 +205,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
     /// # Errors
     /// A file cannot be written, or the emulator fails.
     pub(crate) fn run(mut self) -> Result<u8> {
+        self.greet();
         self.begin();
+        self.exchange()?;
         let reason = loop {
             if let Some(reason) = self.step()? {
                 break reason;
@@ -212,7 +220,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
     fn begin(&mut self) {
         let hclk_hz = self.cpu.machine().soc.hclk_hz();
         let (elf_sha256, cpi) = (self.image.sha256.clone(), self.options.cpi);
-        self.report.line(&ReportLine::Start { elf_sha256, hclk_hz, cpi });
+        let board = self.image.board.name();
+        self.report.line(&ReportLine::Start { elf_sha256, board, hclk_hz, cpi });
         if let Some(SerialPort { name, .. }) = &self.serial {
             self.report.line(&ReportLine::Serial { port: name.clone() });
             self.report.flush();
@@ -223,14 +232,20 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     /// Advances the peripherals to the present, then executes or sleeps to the next deadline. Returns a reason to end, if any.
     fn step(&mut self) -> Result<Option<&'static str>> {
+        while self.cpu.machine().is_past_horizon() {
+            self.exchange()?;
+        }
         let (reset, due, changes) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
             if self.idle != IdleState::No {
-                let injection_s = self.injections.iter().filter_map(Injection::due).fold(f64::INFINITY, f64::min);
-                while board.is_quiet(injection_s) {
+                let supply_s = self.lockstep.as_ref().and_then(Lockstep::supply_due);
+                let injections = self.injections.iter().filter_map(Injection::due);
+                let injection_s = injections.chain(supply_s).fold(f64::INFINITY, f64::min);
+                while board.is_quiet(injection_s) && !board.sleeps_past_horizon() {
                     let seconds = board.seconds();
-                    let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
+                    let button = board.plant.button_is_pressed(seconds);
+                    let stop = board.plant.level(EMERGENCY_STOP, seconds);
                     self.judge.observe(seconds, button, stop);
                     if let Some(servos) = &mut self.servos {
                         servos.take(&[], &[], seconds, board.plant.pulses.any_high());
@@ -257,8 +272,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.schedule_stop();
         }
         self.inject_due()?;
+        self.apply_given_supply();
         if self.idle != IdleState::No && !self.wake_if_due() || self.core_stands_still() {
-            self.slept_cycles += self.cpu.machine().sleep();
+            if self.exchange_before_sleep()? {
+                self.slept_cycles += self.cpu.machine().sleep();
+            }
             return Ok(None);
         }
         if let Some(number) = self.deliverable() {
@@ -266,7 +284,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.take_exception(number, pc);
             return Ok(None);
         }
-        match self.cpu.run() {
+        match self.execute()? {
             Stop::Requested => {}
             Stop::Supervisor => {
                 let pc = self.cpu.reg(Reg::Pc);
@@ -289,6 +307,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
             }
         }
         Ok(None)
+    }
+
+    /// Executes until something other than the end of a step of the lockstep stops it.
+    fn execute(&mut self) -> Result<Stop> {
+        loop {
+            let stop = self.cpu.run();
+            if stop != Stop::Requested || !self.cpu.machine().has_met_horizon() {
+                return Ok(stop);
+            }
+            self.exchange()?;
+        }
     }
 
     fn core_stands_still(&self) -> bool {
@@ -417,7 +446,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
     fn schedule_stop(&mut self) {
         let periodic = (self.periods + 1) as f64 * PERIODIC_JOB_S;
         let now = self.cpu.machine().seconds() + ROUNDING_S;
-        let due = self.injections.iter().filter_map(Injection::due).filter(|due| *due > now);
+        let supply = self.lockstep.as_ref().and_then(Lockstep::supply_due);
+        let due = self.injections.iter().filter_map(Injection::due).chain(supply).filter(|due| *due > now);
         let next = due.fold(periodic, f64::min);
         self.cpu.machine().stop_at(next);
     }

@@ -3,7 +3,7 @@
 //! An access that is not supported is recorded as a lint and makes the run fail: a register without a model, a width that is not allowed,
 //! modes such as the MPU, division traps or floating-point contexts without automatic saving.
 
-use stm32f4_model::{Lint, LintKind, Width};
+use stm32f4_model::{Chip, Lint, LintKind, Width};
 
 use crate::nvic::{self, LINES, Nvic};
 use crate::systick::SysTick;
@@ -69,6 +69,8 @@ pub(crate) struct Scs {
     pub(crate) hfsr: u32,
     /// Address of the last data bus fault.
     pub(crate) bfar: u32,
+    /// The chip, for what differs in its core.
+    pub(crate) chip: Chip,
     /// A debugger is attached: it has set DHCSR.C_DEBUGEN, which only a power-on clears (ARMv7-M ARM, C1.6.2).
     pub(crate) debugger: bool,
     /// A write to AIRCR requested a reset.
@@ -93,7 +95,7 @@ impl Scs {
     /// Resets all registers; lints are kept.
     pub(crate) fn reset(&mut self) {
         let lints = std::mem::take(&mut self.lints);
-        *self = Scs { fpccr: 0xC000_0000, lints, debugger: self.debugger, ..Scs::default() };
+        *self = Scs { fpccr: 0xC000_0000, lints, chip: self.chip, debugger: self.debugger, ..Scs::default() };
     }
 
     /// Lints, in the order of first occurrence.
@@ -200,8 +202,8 @@ impl Scs {
             0xE000_E010 => self.systick.read_control(cycle),
             0xE000_E014 => self.systick.reload(),
             0xE000_E018 => self.systick.read_value(cycle),
-            // CALIB: 1 ms at the F407's 168 MHz / 8 (PM0214 4.5.4).
-            0xE000_E01C => 0x4000_0000 | 18_750,
+            // CALIB (PM0214 4.5.4).
+            0xE000_E01C => 0x4000_0000 | self.chip.systick_calibration(),
             0xE000_E100..=0xE000_E108 => lines(Nvic::is_enabled, 0xE000_E100),
             0xE000_E180..=0xE000_E188 => lines(Nvic::is_enabled, 0xE000_E180),
             0xE000_E200..=0xE000_E208 => lines(Nvic::is_pending, 0xE000_E200),
@@ -299,7 +301,13 @@ impl Scs {
             0xE000_E010 => self.systick.write_control(cycle, value),
             0xE000_E014 => self.systick.write_reload(cycle, value),
             0xE000_E018 => self.systick.write_value(cycle),
-            0xE000_E100..=0xE000_E108 => lines(0xE000_E100, Nvic::enable),
+            0xE000_E100..=0xE000_E108 => {
+                lines(0xE000_E100, Nvic::enable);
+                let first = 8 * (addr - 0xE000_E100);
+                if (0..32).any(|n| value >> n & 1 != 0 && !self.chip.has_interrupt((first + n) as u8)) {
+                    return Err(LintKind::Misuse("an interrupt is enabled that the chip does not have"));
+                }
+            }
             0xE000_E180..=0xE000_E188 => lines(0xE000_E180, Nvic::disable),
             0xE000_E200..=0xE000_E208 => lines(0xE000_E200, Nvic::pend),
             0xE000_E280..=0xE000_E288 => lines(0xE000_E280, Nvic::unpend),

@@ -13,7 +13,7 @@ use std::cell::{Cell, RefCell, RefMut};
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use stm32f4_model::{DmaMemory, Width};
+use stm32f4_model::{Chip, DmaMemory, Width};
 use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn};
 
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
@@ -21,10 +21,16 @@ use crate::nvic::Masks;
 
 /// Start address of flash.
 pub(crate) const FLASH: u32 = 0x0800_0000;
-/// Size of flash, bytes.
-pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
-/// Start and size in bytes of the RAM regions: SRAM1 with SRAM2, and the core-coupled memory.
-pub(crate) const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
+/// Size of the largest flash of the modelled chips, bytes.
+const FLASH_SIZE: u32 = 0x10_0000;
+/// Start and size in bytes of the RAM regions: SRAM, and the core-coupled memory.
+const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
+
+/// Start and size in bytes of the RAM regions of a chip.
+pub(crate) fn rams(chip: Chip) -> &'static [(u32, u32)] {
+    if chip.has_core_coupled_memory() { &RAMS } else { &RAMS[..1] }
+}
+
 /// Start and size in bytes of the regions whose accesses go to the machine: system memory, APB and AHB1, AHB2, FSMC, private peripheral
 /// bus.
 const DEVICES: [(u32, u32); 5] = [
@@ -187,16 +193,19 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     ///
     /// # Errors
     /// Unicorn refuses a mapping or a hook.
-    pub(crate) fn new(image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
+    pub(crate) fn new(chip: Chip, image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
         let mut uc = convert_error(Unicorn::new(Arch::ARM, Mode::THUMB), "starting")?;
         convert_error(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
         let mut flash = image.to_vec();
-        flash.resize(FLASH_SIZE as usize, 0xFF);
+        flash.resize(chip.flash_bytes() as usize, 0xFF);
         for base in [0, FLASH] {
-            convert_error(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
+            convert_error(
+                uc.mem_map(base.into(), chip.flash_bytes().into(), Prot::READ | Prot::EXEC),
+                "mapping flash",
+            )?;
             convert_error(uc.mem_write(base.into(), &flash), "filling flash")?;
         }
-        for (base, size) in RAMS {
+        for &(base, size) in rams(chip) {
             convert_error(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
         }
         convert_error(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
@@ -254,12 +263,13 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
         let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
             let mut machine = machine.borrow_mut();
-            // Decide before counting: a block that was stopped runs again.
-            if machine.before_block(|| read_masks(uc)) {
+            let instructions = counts.instructions(addr as u32, size);
+            // Decide before charging: a block that was stopped runs again.
+            if machine.before_block(instructions, || read_masks(uc)) {
                 hook_results.stop.set(Some(Stop::Requested));
                 let _ = uc.emu_stop();
             } else {
-                machine.charge(addr as u32, counts.instructions(addr as u32, size));
+                machine.charge(addr as u32, instructions);
             }
         };
         convert_error(self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook), "hooking blocks")?;
@@ -512,7 +522,7 @@ mod tests {
     }
 
     impl Machine for RecordingMachine {
-        fn before_block(&mut self, _: impl FnOnce() -> Masks) -> bool {
+        fn before_block(&mut self, _: u32, _: impl FnOnce() -> Masks) -> bool {
             let stop = self.blocks_left == 0;
             self.blocks_left = self.blocks_left.saturating_sub(1);
             stop
@@ -533,9 +543,13 @@ mod tests {
 
     fn cpu(code: &[u16], blocks: u32) -> UnicornCpu<RecordingMachine> {
         let image: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
-        let mut cpu =
-            UnicornCpu::new(&image, RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() }, false)
-                .unwrap();
+        let mut cpu = UnicornCpu::new(
+            Chip::F407,
+            &image,
+            RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() },
+            false,
+        )
+        .unwrap();
         cpu.reset(0x2000_1000, FLASH);
         cpu
     }

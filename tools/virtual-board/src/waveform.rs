@@ -118,7 +118,7 @@ impl Waveform {
 mod tests {
     use super::*;
 
-    const PIN: Pin = crate::plant::BUTTON;
+    const PIN: Pin = crate::modelled_board::ModelledBoard::F4Discovery.wiring().button;
 
     #[test]
     fn edges_change_the_level() {

@@ -33,6 +33,7 @@ pub(super) struct State {
     pub(super) counts: RefCell<Counts>,
     pub(super) image: OnceCell<PathBuf>,
     pub(super) shadow: OnceCell<PathBuf>,
+    pub(super) black_pill: OnceCell<PathBuf>,
     virtual_board: OnceCell<PathBuf>,
     selftest: OnceCell<PathBuf>,
 }
@@ -45,6 +46,7 @@ impl State {
             counts: RefCell::default(),
             image: OnceCell::new(),
             shadow: OnceCell::new(),
+            black_pill: OnceCell::new(),
             virtual_board: OnceCell::new(),
             selftest: OnceCell::new(),
         }
@@ -56,6 +58,11 @@ impl State {
 
     pub(super) fn shadow(&self) -> Result<&Path> {
         build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
+    }
+
+    /// The image of the Black Pill, the other board that the virtual board models.
+    pub(super) fn black_pill(&self) -> Result<&Path> {
+        build_once(&self.black_pill, || Ok(self.workspace.firmware(Board::BlackPillF411, Drive::Servos)?.elf))
     }
 
     pub(super) fn virtual_board(&self) -> Result<&Path> {

@@ -180,7 +180,7 @@ pub(super) const STEPS: [Step; 25] = [
     },
     Step {
         name: "python-board",
-        claim: "a loop that Python runs has the setpoints and the hash of the flashed image",
+        claim: "a loop that Python runs has the setpoints and the hash of the flashed image, and Python steps that image",
         needs: &[Need::Python, Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: python_board,
@@ -325,13 +325,18 @@ fn python_wheel(state: &State) -> Result<(Environment, PathBuf)> {
     Ok((environment, wheel))
 }
 
+/// Tests of the Python package that run the image.
+const BOARD_TESTS: [&str; 2] = ["python/tests/test_board.py", "python/tests/test_board_steps.py"];
+
 fn python(state: &State) -> Result<String> {
     let (environment, wheel) = python_wheel(state)?;
     if let Err(error) = environment.install(&["-r", "python/tests/requirements-ray.txt"]) {
         eprintln!("without Ray, whose test is skipped: {error:#}");
     }
     python::works_alone(&wheel, &state.workspace.target_dir.join("python-fresh"))?;
-    passed(state, environment.test(&["-q", "-rs", "python/tests", "--ignore", "python/tests/test_board.py"], &[])?)
+    let ignored = BOARD_TESTS.iter().flat_map(|file| ["--ignore", file]);
+    let arguments: Vec<&str> = ["-q", "-rs", "python/tests"].into_iter().chain(ignored).collect();
+    passed(state, environment.test(&arguments, &[])?)
 }
 
 fn python_board(state: &State) -> Result<String> {
@@ -342,7 +347,8 @@ fn python_board(state: &State) -> Result<String> {
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?.as_os_str()),
         ("FOOTFALL_BIN", footfall.as_os_str()),
     ];
-    passed(state, environment.test(&["-q", "-rs", "python/tests/test_board.py"], &variables)?)
+    let arguments: Vec<&str> = ["-q", "-rs"].into_iter().chain(BOARD_TESTS).collect();
+    passed(state, environment.test(&arguments, &variables)?)
 }
 
 fn c_programs(state: &State) -> Result<String> {
@@ -384,10 +390,12 @@ fn images(state: &State) -> Result<String> {
             image.double_precision
         );
         sizes.push(format!("{}: {}", board.feature(), image.footprint));
-        if board == Board::F4Discovery {
-            // Set only once: `image` was not asked for before.
-            let _ = state.image.set(image.elf);
-        }
+        // Each is set only once: it was not asked for before.
+        let _ = match board {
+            Board::F4Discovery => state.image.set(image.elf),
+            Board::BlackPillF411 => state.black_pill.set(image.elf),
+            Board::NucleoF446re => Ok(()),
+        };
     }
     Ok(sizes.join("; "))
 }
@@ -447,10 +455,12 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 22] = [
+const IMAGE_TESTS: [&str; 23] = [
     "virtual_board",
     "fits",
+    "board_black_pill",
     "board_inputs",
+    "board_lockstep",
     "board_serial",
     "board_trim",
     "board_pulses",
@@ -481,6 +491,7 @@ fn image_tests(state: &State) -> Result<String> {
     let variables = [
         ("FOOTFALL_ELF", state.image()?),
         ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_BLACK_PILL_ELF", state.black_pill()?),
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
         ("FOOTFALL_BIN", &footfall),
         (judged::FILE, &file),

@@ -1,5 +1,6 @@
 //! The firmware's default control loop on the host, with typical values where no board reports its own.
 
+use firmware::board::Board;
 use firmware::board::f4_discovery::BOARD;
 use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
@@ -10,11 +11,15 @@ use joint_units::{AdcCode, Volts};
 
 use crate::file::calibration_file::WiredSensor;
 
-/// The pins of the sensors, connected without a divider, from channel 1 on.
-pub const SENSOR_PINS: [&str; SENSORS] = {
-    let [one, two, three, four] = BOARD.sensors;
+/// The pins of the sensors of the default board, connected without a divider, from channel 1 on.
+pub const SENSOR_PINS: [&str; SENSORS] = sensor_pins(&BOARD);
+
+/// The same of a board.
+#[must_use]
+pub const fn sensor_pins(board: &Board) -> [&'static str; SENSORS] {
+    let [one, two, three, four] = board.sensors;
     [one.pin.name, two.pin.name, three.pin.name, four.pin.name]
-};
+}
 
 /// The pin of channel 1.
 pub const SENSOR_PIN: &str = SENSOR_PINS[0];

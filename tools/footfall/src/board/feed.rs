@@ -1,6 +1,5 @@
 //! The input of the board's converter: a recorded gait as volts at the sensors' pins.
 
-use crate::board::default_loop::SENSOR_PINS;
 use crate::failure::Failure;
 use crate::file::bounded;
 use gait_trace::ReadOptions;
@@ -9,7 +8,7 @@ use gait_trace::format::csv_file;
 use gait_trace::format::open;
 use gait_trace::{Channel, Fault, LoopError, Quantity, Recording, TraceError};
 use gait_trace::{LowPass, Rules, condition};
-use joint_loop::{JointSensor, JointSensors};
+use joint_loop::{JointSensor, JointSensors, SENSORS};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -102,14 +101,20 @@ fn is_converted(path: &Path) -> bool {
     bounded::bytes(path, csv_file::MAX_BYTES).is_ok_and(|bytes| matches!(Conversion::of_bytes(&bytes), Ok(Some(_))))
 }
 
-/// Converts a recording to volts at the pin of each sensor, for a run of `secs` seconds or without end.
+/// Converts a recording to volts at the pin of each sensor, for a run of `secs` seconds or without end. `pins`: those of the board, from channel 1 on.
 ///
 /// A recording that lasts as long as the run is played unchanged; a shorter one is cut to whole strides and repeated. One without a
 /// period is played once, and its last angles are held. Volts that were recorded at a sensor's pin are taken unchanged.
 ///
 /// # Errors
 /// The recording has no channel of a sensor's joint, or angles outside of its calibration.
-pub fn feed(name: &str, recording: &Recording, sensors: &JointSensors, secs: Option<f64>) -> Result<Feed, Failure> {
+pub fn feed(
+    name: &str,
+    recording: &Recording,
+    sensors: &JointSensors,
+    pins: [&'static str; SENSORS],
+    secs: Option<f64>,
+) -> Result<Feed, Failure> {
     let input = |why: String| Failure::input(format!("{name}: {why}"));
     let one = |(sensor, pin): (&JointSensor, &'static str)| match recording.channel(pin) {
         Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
@@ -126,7 +131,7 @@ pub fn feed(name: &str, recording: &Recording, sensors: &JointSensors, secs: Opt
             ))),
         },
     };
-    let sources = sensors.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;
+    let sources = sensors.iter().zip(pins).map(one).collect::<Result<Vec<_>, _>>()?;
     let columns: Vec<String> = sources.iter().map(|source| source.channel.column()).collect();
     let is_semi_synthetic = sources.iter().any(|source| source.channel.quantity() == Quantity::Angle);
     let mut notes = Vec::new();

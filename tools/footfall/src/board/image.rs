@@ -4,10 +4,13 @@
 //! wrong text, so the hash of the file goes into every capture, and a stream whose first frame is malformed is refused.
 
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use firmware::board::{BOARDS, Board};
+use joint_loop::SENSORS;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::board::default_loop::{SENSOR_PINS, sensor_pins};
 use crate::file::bounded::{self, ReadError};
 
 /// Most bytes of an ELF file: an image with all of its debugging data has a hundredth of that.
@@ -67,6 +70,16 @@ impl Image {
     #[must_use]
     pub fn is_of_board(&self, name: &str) -> bool {
         name.is_empty() || self.bytes.windows(name.len()).any(|text| text == name.as_bytes())
+    }
+
+    /// The pins of the sensors of the image's board, from channel 1 on: the build names it by a symbol. Without one they are those of the default board.
+    #[must_use]
+    pub fn sensor_pins(&self) -> [&'static str; SENSORS] {
+        let is_named = |board: &&&Board| {
+            let symbol = format!("__board_{}\0", board.name.replace('-', "_"));
+            self.bytes.windows(symbol.len()).any(|text| text == symbol.as_bytes())
+        };
+        BOARDS.iter().find(is_named).map_or(SENSOR_PINS, |board| sensor_pins(board))
     }
 
     /// A decoder at the beginning of a stream.

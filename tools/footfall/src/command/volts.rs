@@ -55,7 +55,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     let sensor = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
     let sensors = JointSensors::build([sensor]).map_err(Failure::run)?;
-    let feed = feed::feed(&name, &recording, &sensors, None)?;
+    let feed = feed::feed(&name, &recording, &sensors, default_loop::SENSOR_PINS, None)?;
     output::notes(&feed.notes);
     match &options.out {
         Some(path) => {

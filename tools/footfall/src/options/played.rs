@@ -21,7 +21,7 @@ use crate::virtual_run::settings::{Press, Settings, Show};
 #[derive(Debug, Clone, Args)]
 pub struct Played {
     /// A recording to feed the sensors with: angles in degrees (of the joints with a sensor, or its only channel), or volts at the
-    /// sensors' pins (PA1, PC1, PB0, PB1) [default: a recording of a healthy adult]
+    /// sensors' pins (PA1, PC1, PB0, PB1), of a Black Pill PA1, PA5, PB0, PB1 [default: a recording of a healthy adult]
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// A sensor, from channel 1 on, up to four: its joint, and the sensor file that `footfall calibrate` writes. They go into the board's

@@ -39,7 +39,7 @@ pub(super) fn prepare(settings: &Settings) -> Result<Prepared, Failure> {
         }
         None => feed::default_trace().map_err(Failure::input)?,
     };
-    let feed = feed::feed(&name, &recording, &settings.parameters.sensors, secs)?;
+    let feed = feed::feed(&name, &recording, &settings.parameters.sensors, image.sensor_pins(), secs)?;
     let presses = presses(settings, secs)?;
     if let Some(path) = &settings.record {
         capture::check(path, settings.overwrite)?;

@@ -9,7 +9,8 @@ use crate::pin::Pin;
 pub struct AdcChannel {
     /// Converter, 1 to 3.
     pub adc: u8,
-    /// Channel, 0 to 18. On ADC1 16 is the temperature sensor, 17 VREFINT, 18 half of VBAT.
+    /// Channel, 0 to 18. On ADC1 16 is the temperature sensor, 17 VREFINT, 18 a part of VBAT; on the F411 18 is the
+    /// temperature sensor too.
     pub channel: u8,
 }
 

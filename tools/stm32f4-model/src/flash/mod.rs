@@ -5,8 +5,9 @@ mod operation;
 pub use operation::{FlashChange, FlashOperation, flash_sector_at};
 
 use crate::bus::Width;
+use crate::chip::Chip;
 use crate::lint::LintKind;
-use operation::RunningOperation;
+use operation::{FLASH, RunningOperation};
 
 const LOCK: u32 = 1 << 31;
 const OPTLOCK: u32 = 1;
@@ -28,6 +29,7 @@ const BSY: u32 = 1 << 16;
 /// Flash interface registers.
 #[derive(Debug, Clone)]
 pub(crate) struct Flash {
+    chip: Chip,
     acr: u32,
     cr: u32,
     /// EOP and the error flags.
@@ -40,8 +42,9 @@ pub(crate) struct Flash {
 
 impl Flash {
     /// `bor_level` is BOR_LEV of the option bytes, 0 to 3 (3.9.6).
-    pub(crate) fn new(bor_level: u8) -> Self {
+    pub(crate) fn new(chip: Chip, bor_level: u8) -> Self {
         Flash {
+            chip,
             acr: 0,
             cr: LOCK,
             sr: 0,
@@ -99,9 +102,14 @@ impl Flash {
                 }
                 self.cr = value & (0x8300_037F & !MER);
                 if value & STRT != 0 && value & SER != 0 {
-                    self.running = RunningOperation::erase(value >> 3 & 0xF, value >> 8 & 3, seconds);
+                    let end = FLASH + self.chip.flash_bytes();
+                    self.running = RunningOperation::erase(value >> 3 & 0xF, value >> 8 & 3, seconds)
+                        .filter(|erase| erase.address < end);
                     if self.running.is_none() {
-                        lints.push(LintKind::Misuse("FLASH_CR.SNB names no sector: allowed are 0 to 11"));
+                        lints.push(LintKind::Misuse(match self.chip {
+                            Chip::F407 => "FLASH_CR.SNB names no sector: allowed are 0 to 11",
+                            Chip::F411 => "FLASH_CR.SNB names no sector: allowed are 0 to 7",
+                        }));
                     }
                 }
             }
@@ -198,7 +206,7 @@ mod tests {
 
     #[test]
     fn latency_and_caches_read_back() {
-        let mut flash = Flash::new(3);
+        let mut flash = Flash::new(Chip::F407, 3);
         write(&mut flash, 0, 0x705);
         assert_eq!((flash.peek(0), flash.wait_states()), (Some(0x705), 5));
     }
@@ -206,7 +214,7 @@ mod tests {
     #[test]
     fn two_keys_unlock_and_the_lock_bit_locks_again() {
         // RM0090 3.6.1.
-        let mut flash = Flash::new(3);
+        let mut flash = Flash::new(Chip::F407, 3);
         assert_eq!(flash.peek(0x10), Some(LOCK));
         assert_eq!(write(&mut flash, 0x10, 0x200).len(), 1);
         write(&mut flash, 4, 0x4567_0123);
@@ -224,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_wrong_key_locks_until_reset() {
-        let mut flash = Flash::new(3);
+        let mut flash = Flash::new(Chip::F407, 3);
         assert_eq!(write(&mut flash, 4, 1).len(), 1);
         write(&mut flash, 4, 0x4567_0123);
         write(&mut flash, 4, 0xCDEF_89AB);
@@ -234,9 +242,9 @@ mod tests {
     #[test]
     fn option_bytes_have_keys_of_their_own() {
         // RM0090 3.6.1, 3.9.6: reset value, OPTKEYR, OPTLOCK.
-        let mut flash = Flash::new(3);
+        let mut flash = Flash::new(Chip::F407, 3);
         assert_eq!(flash.peek(0x14), Some(0x0FFF_AAED));
-        assert_eq!(Flash::new(0).peek(0x14), Some(0x0FFF_AAE1));
+        assert_eq!(Flash::new(Chip::F407, 0).peek(0x14), Some(0x0FFF_AAE1));
         assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAEC).len(), 1);
         write(&mut flash, 8, 0x0819_2A3B);
         write(&mut flash, 8, 0x4C5D_6E7F);
@@ -249,7 +257,7 @@ mod tests {
     }
 
     fn unlocked() -> Flash {
-        let mut flash = Flash::new(3);
+        let mut flash = Flash::new(Chip::F407, 3);
         write(&mut flash, 4, 0x4567_0123);
         write(&mut flash, 4, 0xCDEF_89AB);
         flash
@@ -287,7 +295,7 @@ mod tests {
             assert_eq!(flash.peek(0x0C), Some(flags), "{cr:#x}");
             assert_eq!(flash.ends_at().is_some(), flags == BSY);
         }
-        let mut locked = Flash::new(3);
+        let mut locked = Flash::new(Chip::F407, 3);
         locked.store(0x0800_4000, Width::Word, 0, 1.0);
         assert_eq!(locked.peek(0x0C), Some(PGSERR));
     }

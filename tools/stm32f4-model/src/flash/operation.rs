@@ -4,13 +4,13 @@
 //! that read differently each time are not modelled.
 
 /// Start address of the flash.
-const FLASH: u32 = 0x0800_0000;
+pub(super) const FLASH: u32 = 0x0800_0000;
 /// Duration of the program of one item, s (data sheet, table "flash memory programming", typical).
 const PROGRAM_S: f64 = 16e-6;
 /// Duration of the erase of a sector of 16, 64 and 128 KiB by PSIZE: by bytes, by half-words, by words, s (the same table, typical).
 const ERASE_S: [[f64; 3]; 3] = [[0.4, 0.3, 0.25], [1.2, 0.7, 0.55], [2.0, 1.3, 1.0]];
 
-/// Address and length in bytes of a sector, 0 to 11 (3.3, table 5).
+/// Address and length in bytes of a sector, 0 to 11 (3.3, table 5); the F411 has 0 to 7 (RM0383 3.3).
 pub(crate) fn sector(number: u32) -> Option<(u32, u32)> {
     const KIB: u32 = 1024;
     match number {

@@ -1,14 +1,19 @@
-//! RCC: oscillators, clock tree, clock enables, resets, reset flags (RM0090 chapter 7, STM32F405/407).
+//! RCC: oscillators, clock tree, clock enables, resets, reset flags (RM0090 chapter 7, STM32F405/407; RM0383 chapter 6 has the
+//! same registers and limits of the PLL).
 //!
 //! An oscillator or PLL is ready as soon as it is on and its source runs; start-up and lock times are not modelled. `faults` has what can happen to
 //! them.
 
 mod faults;
+mod plain;
 
+use crate::chip::Chip;
 use crate::clock::{ClockTree, HSI_HZ, ahb_divider, apb_divider};
 use crate::lint::LintKind;
 use crate::memory_map::Bus;
 use crate::reset::ResetCause;
+
+use plain::Plain;
 
 const CR: u32 = 0x00;
 const PLLCFGR: u32 = 0x04;
@@ -16,8 +21,6 @@ const CFGR: u32 = 0x08;
 const CIR: u32 = 0x0C;
 const BDCR: u32 = 0x70;
 const CSR: u32 = 0x74;
-const SSCGR: u32 = 0x80;
-const PLLI2SCFGR: u32 = 0x84;
 const DCKCFGR: u32 = 0x8C;
 
 const HSION: u32 = 1;
@@ -40,27 +43,6 @@ const SW_HSI: u32 = 0;
 const SW_HSE: u32 = 1;
 const SW_PLL: u32 = 2;
 
-/// Registers without side effect in this block: offset, reset value, writable bits (7.3).
-const PLAIN: [(u32, u32, u32); 17] = [
-    (0x10, 0, 0x2260_11FF),
-    (0x14, 0, 0x0000_00F1),
-    (0x18, 0, 0x0000_0001),
-    (0x20, 0, 0x36FE_C9FF),
-    (0x24, 0, 0x0007_5933),
-    (0x30, 0x0010_0000, 0x7E74_11FF),
-    (0x34, 0, 0x0000_00F1),
-    (0x38, 0, 0x0000_0001),
-    (0x40, 0, 0x36FE_C9FF),
-    (0x44, 0, 0x0007_5F33),
-    (0x50, 0x7E67_91FF, 0x7E67_91FF),
-    (0x54, 0x0000_00F1, 0x0000_00F1),
-    (0x58, 0x0000_0001, 0x0000_0001),
-    (0x60, 0x36FE_C9FF, 0x36FE_C9FF),
-    (0x64, 0x0007_5F33, 0x0007_5F33),
-    (SSCGR, 0, 0xCFFF_FFFF),
-    (PLLI2SCFGR, 0x2000_3000, 0x7000_7FC0),
-];
-
 /// RCC registers and the state of the crystals.
 #[derive(Debug)]
 pub(crate) struct Rcc {
@@ -79,13 +61,13 @@ pub(crate) struct Rcc {
     csr: u32,
     /// LSI oscillates while it is on.
     lsi_works: bool,
-    plain: [u32; PLAIN.len()],
+    plain: Plain,
     /// SYSCLK is stopped because its source failed.
     stopped: bool,
 }
 
 impl Rcc {
-    pub(crate) fn new(hse_hz: u32, hse_works: bool, lse_works: bool) -> Self {
+    pub(crate) fn new(chip: Chip, hse_hz: u32, hse_works: bool, lse_works: bool) -> Self {
         let mut rcc = Rcc {
             hse_hz: f64::from(hse_hz),
             hse_works,
@@ -99,7 +81,7 @@ impl Rcc {
             bdcr: 0,
             csr: 0,
             lsi_works: true,
-            plain: [0; PLAIN.len()],
+            plain: Plain::of(chip),
             stopped: false,
         };
         rcc.reset(ResetCause::PowerOn);
@@ -117,7 +99,7 @@ impl Rcc {
             self.csr = 0;
         }
         self.csr = (self.csr & 0xFE00_0000) | cause.flags();
-        self.plain = PLAIN.map(|(_, reset, _)| reset);
+        self.plain.reset();
         self.stopped = false;
     }
 
@@ -142,14 +124,6 @@ impl Rcc {
         self.csr = (self.csr & !2) | u32::from(self.lsi_on() && self.lsi_works) << 1;
     }
 
-    fn plain_index(offset: u32) -> Option<usize> {
-        PLAIN.iter().position(|&(at, ..)| at == offset)
-    }
-
-    fn plain(&self, offset: u32) -> u32 {
-        Self::plain_index(offset).map_or(0, |index| self.plain[index])
-    }
-
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             CR => self.cr,
@@ -158,9 +132,9 @@ impl Rcc {
             CIR => self.cir,
             BDCR => self.bdcr,
             CSR => self.csr,
-            // Reserved on the F405/407; drivers for the whole family write 0 to it.
+            // Reserved on the F405/407, TIMPRE on the F411; drivers for the whole family write 0 to it.
             DCKCFGR => 0,
-            _ => self.plain[Self::plain_index(offset)?],
+            _ => self.plain.value(offset)?,
         })
     }
 
@@ -195,16 +169,7 @@ impl Rcc {
                 self.update_lsi_ready();
             }
             DCKCFGR if value == 0 => {}
-            _ => match Self::plain_index(offset) {
-                Some(index) => {
-                    let (_, _, writable) = PLAIN[index];
-                    if value & !writable & !self.plain[index] != 0 {
-                        lints.push(LintKind::Misuse("reserved bits of an RCC register are written"));
-                    }
-                    self.plain[index] = value & writable;
-                }
-                None => lints.push(LintKind::Unmodelled),
-            },
+            _ => self.plain.write(offset, value, lints),
         }
     }
 
@@ -327,6 +292,11 @@ impl Rcc {
         ClockTree { hclk, apb: [apb_divider(self.cfgr >> 10), apb_divider(self.cfgr >> 13)] }
     }
 
+    /// PLLON.
+    pub(crate) fn pll_on(&self) -> bool {
+        self.cr & PLLON != 0
+    }
+
     /// True while SYSCLK is stopped.
     pub(crate) fn stopped(&self) -> bool {
         self.stopped
@@ -340,7 +310,7 @@ impl Rcc {
             Bus::Apb1 => 0x40,
             Bus::Apb2 => 0x44,
         };
-        self.plain(offset) >> bit & 1 != 0
+        self.plain.value(offset).unwrap_or(0) >> bit & 1 != 0
     }
 
     pub(crate) fn in_reset(&self, (bus, bit): (Bus, u8)) -> bool {
@@ -351,7 +321,7 @@ impl Rcc {
             Bus::Apb1 => 0x20,
             Bus::Apb2 => 0x24,
         };
-        self.plain(offset) >> bit & 1 != 0
+        self.plain.value(offset).unwrap_or(0) >> bit & 1 != 0
     }
 
     /// RCC global interrupt: a ready flag is set and enabled.

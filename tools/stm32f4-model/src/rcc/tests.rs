@@ -4,7 +4,7 @@ use super::faults::HseFailure;
 use super::*;
 
 fn rcc() -> Rcc {
-    Rcc::new(8_000_000, true, false)
+    Rcc::new(Chip::F407, 8_000_000, true, false)
 }
 
 fn write(rcc: &mut Rcc, offset: u32, value: u32) -> Vec<LintKind> {
@@ -41,7 +41,7 @@ fn hse_through_the_pll_gives_168_mhz() {
 
 #[test]
 fn a_failed_crystal_never_becomes_ready() {
-    let mut rcc = Rcc::new(8_000_000, false, false);
+    let mut rcc = Rcc::new(Chip::F407, 8_000_000, false, false);
     write(&mut rcc, CR, 0x83 | HSEON);
     assert_eq!(rcc.cr & HSERDY, 0);
     write(&mut rcc, PLLCFGR, 4 | 168 << 6 | PLLSRC_HSE | 7 << 24);
@@ -76,7 +76,7 @@ fn pll_factors_are_locked_while_it_runs_and_checked() {
     let cases =
         [(2, 168, 7, 2), (4, 49, 7, 1), (1, 100, 7, 1), (4, 168, 1, 1), (8, 99, 7, 1), (4, 216, 9, 0), (8, 100, 2, 0)];
     for (m, n, q, lints) in cases {
-        let mut fresh = Rcc::new(8_000_000, true, false);
+        let mut fresh = Rcc::new(Chip::F407, 8_000_000, true, false);
         assert_eq!(write(&mut fresh, PLLCFGR, m | n << 6 | PLLSRC_HSE | q << 24), []);
         assert_eq!(write(&mut fresh, CR, 0x83 | HSEON | PLLON).len(), lints, "M {m}, N {n}, Q {q}");
         assert_eq!(write(&mut fresh, CR, 0x83 | HSEON | PLLON), [], "reported once");
@@ -202,7 +202,7 @@ fn clock_security_with_the_crystal_as_the_system_clock() {
     assert_eq!(rcc.fail_hse(), HseFailure::Secured);
     assert_eq!((rcc.source(), rcc.clocks().hclk), (SW_HSI, 16e6));
     assert_eq!(rcc.peek(CIR), Some(1 << 11 | 1 << 7 | 1 << 3), "earlier flags stay set");
-    let mut rcc = Rcc::new(8_000_000, true, false);
+    let mut rcc = Rcc::new(Chip::F407, 8_000_000, true, false);
     write(&mut rcc, CR, 0x83 | HSEON);
     write(&mut rcc, CFGR, SW_HSE);
     assert_eq!(rcc.fail_hse(), HseFailure::ClockStopped);
@@ -226,7 +226,7 @@ fn clock_security_switches_to_hsi_and_raises_nmi() {
 #[test]
 fn clock_security_acts_only_if_hse_was_ready() {
     // RM0090 7.2.7: enabled after HSE is ready.
-    let mut rcc = Rcc::new(8_000_000, false, false);
+    let mut rcc = Rcc::new(Chip::F407, 8_000_000, false, false);
     write(&mut rcc, CR, 0x83 | HSEON | CSSON);
     assert_eq!(rcc.fail_hse(), HseFailure::Unused);
     assert!(!rcc.nmi());
@@ -240,6 +240,6 @@ fn without_clock_security_the_core_stops() {
     assert!(rcc.stopped() && !rcc.nmi());
     rcc.reset(ResetCause::IndependentWatchdog);
     assert!(!rcc.stopped());
-    let mut idle = Rcc::new(8_000_000, true, false);
+    let mut idle = Rcc::new(Chip::F407, 8_000_000, true, false);
     assert_eq!(idle.fail_hse(), HseFailure::Unused);
 }

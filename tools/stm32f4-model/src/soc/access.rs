@@ -2,6 +2,7 @@
 
 use super::Soc;
 use crate::bus::Width;
+use crate::chip::Chip;
 use crate::lint::LintKind;
 use crate::memory_map::{Model, PeripheralBlock, Widths, locate};
 
@@ -79,7 +80,7 @@ impl Soc {
     /// The reason why the access has no effect.
     fn reach(&self, addr: u32, width: Width, write: bool) -> Result<(&'static PeripheralBlock, u32), LintKind> {
         let (block, offset) = locate(addr).ok_or(LintKind::Unmodelled)?;
-        if block.model == Model::None {
+        if block.model == Model::None || !block.exists(self.config.chip) {
             return Err(LintKind::Unmodelled);
         }
         if !addr.is_multiple_of(width.bytes()) {
@@ -141,13 +142,13 @@ impl Soc {
         }
     }
 
-    /// Word of the factory data in system memory (RM0090 39.1, 39.2; data sheet 6.3.22, 6.3.24).
+    /// Word of the factory data in system memory (RM0090 39.1, 39.2, RM0383 24.1, 24.2; data sheet 6.3.22, 6.3.24).
     fn factory_data(&self, offset: u32) -> Option<u32> {
         let temperature = |celsius: f64| ((0.76 + 0.0025 * (celsius - 25.0)) / 3.3 * 4095.0).round() as u32;
         match offset {
             0x10 | 0x14 | 0x18 => Some(self.config.unique_id[(offset as usize - 0x10) / 4]),
             // The size is the upper half of the word.
-            0x20 => Some(u32::from(self.config.flash_kib) << 16),
+            0x20 => Some((self.config.chip.flash_bytes() / 1024) << 16),
             // VREFINT_CAL and, above it, the temperature sensor at 30 and 110 degrees.
             0x28 => Some(u32::from(self.config.vrefint_cal()) << 16),
             0x2C => Some(temperature(30.0) | temperature(110.0) << 16),
@@ -194,8 +195,11 @@ impl Soc {
                 }
             }
             Model::Pwr => {
-                self.pwr.write(offset, value, lints);
+                self.pwr.write(offset, value, self.rcc.pll_on(), lints);
                 self.update_voltage_detector();
+                if self.config.chip == Chip::F411 {
+                    self.check_ratings(lints);
+                }
             }
             Model::Flash => {
                 let seconds = self.time.seconds(now);

@@ -2,6 +2,7 @@
 
 use super::Soc;
 use crate::adc::AdcCommonRegisters;
+use crate::chip::Chip;
 use crate::dma::Dma;
 use crate::exti::Syscfg;
 use crate::gpio::Gpio;
@@ -65,7 +66,7 @@ impl Soc {
             Model::AdcCommon => self.adc_common = AdcCommonRegisters::default(),
             Model::Dma(index) => self.dma[index] = Dma::new(),
             Model::Gpio(port) => self.gpio[port] = Gpio::new(port),
-            Model::Pwr => self.pwr = Pwr::new(),
+            Model::Pwr => self.pwr = Pwr::new(self.config.chip),
             Model::Syscfg => self.syscfg = Syscfg::default(),
             Model::Usart2 => self.usart2 = Usart::new(),
             // These have no reset bit in RCC.
@@ -79,17 +80,35 @@ impl Soc {
         }
     }
 
-    /// Checks the clocks against the ratings of the data sheet (table 14, RM0090 table 10) at 2.7 to 3.6 V.
+    /// Checks the clocks against the ratings of the chip at 2.7 to 3.6 V.
     pub(super) fn check_ratings(&self, lints: &mut Vec<LintKind>) {
         let hclk = self.clocks.hclk;
         let [pclk1, pclk2] = self.clocks.apb.map(|divider| hclk / divider as f64);
+        let ratings = self.config.chip.ratings();
+        let states = self.flash.wait_states() as usize;
+        // More wait states than the table has are allowed.
+        let readable = ratings.flash.get(states).copied().unwrap_or(f64::INFINITY);
+        // Without the PLL the F411 runs at most at 26 MHz, which every scale allows.
+        let allowed = ratings.hclk[self.pwr.voltage_scale()];
+        let chip = self.config.chip;
         let rules = [
-            (hclk > 168e6, "HCLK is above its rating of 168 MHz"),
-            (pclk1 > 42e6, "PCLK1 is above its rating of 42 MHz"),
-            (pclk2 > 84e6, "PCLK2 is above its rating of 84 MHz"),
+            (hclk > allowed && chip == Chip::F407, "HCLK is above its rating of 168 MHz"),
+            (hclk > 100e6 && chip == Chip::F411, "HCLK is above its rating of 100 MHz"),
             (
-                hclk > 30e6 * f64::from(self.flash.wait_states() + 1),
+                hclk > allowed && hclk <= 100e6 && chip == Chip::F411,
+                "HCLK is above its rating at the scale of the regulator in PWR_CR.VOS: 64, 84 and 100 MHz at scale 3, 2 and 1",
+            ),
+            (pclk1 > ratings.pclk[0] && chip == Chip::F407, "PCLK1 is above its rating of 42 MHz"),
+            (pclk2 > ratings.pclk[1] && chip == Chip::F407, "PCLK2 is above its rating of 84 MHz"),
+            (pclk1 > ratings.pclk[0] && chip == Chip::F411, "PCLK1 is above its rating of 50 MHz"),
+            (pclk2 > ratings.pclk[1] && chip == Chip::F411, "PCLK2 is above its rating of 100 MHz"),
+            (
+                hclk > readable && chip == Chip::F407,
                 "HCLK is too fast for the flash wait states in FLASH_ACR: 30 MHz for each wait state plus one",
+            ),
+            (
+                hclk > readable && chip == Chip::F411,
+                "HCLK is too fast for the flash wait states in FLASH_ACR: 30, 64, 90, 100 MHz for 0 to 3 wait states",
             ),
         ];
         lints.extend(rules.iter().filter(|(broken, _)| *broken).map(|&(_, text)| LintKind::Misuse(text)));

@@ -192,7 +192,12 @@ impl Soc {
                 }
                 plant.volts(channel, seconds)
             }
-            (None, 1, internal @ (16 | 17)) if self.adc_common.reference_on() => {
+            // 13.11, RM0383 11.9: where both are on the channel, VBAT is converted.
+            (None, 1, 18) if self.adc_common.vbat_on() => self.config.vbat / self.config.chip.vbat_divider(),
+            (None, 1, internal)
+                if self.adc_common.reference_on()
+                    && (internal == 17 || internal == self.config.chip.temperature_channel()) =>
+            {
                 // Data sheet 6.3.22, 6.3.24: both need 10 us of sampling.
                 if self.adcs[0].sampling_seconds(internal, self.clocks.hclk) < 10e-6 {
                     let smpr1 = 0x4001_200C;
@@ -201,7 +206,6 @@ impl Soc {
                 }
                 if internal == 17 { self.config.vrefint } else { 0.76 + 0.0025 * (self.config.die_celsius - 25.0) }
             }
-            (None, 1, 18) if self.adc_common.vbat_on() => self.config.vbat / 2.0,
             _ => 0.0,
         };
         // `as` converts NaN to 0.

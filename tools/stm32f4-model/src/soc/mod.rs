@@ -48,7 +48,7 @@ const KEPT_CONVERSIONS: usize = 1 << 16;
 /// Supply of the chip at power-on, V. [`SocConfig::vdda`] is the analogue supply alone.
 const SUPPLY_V: f64 = 3.0;
 
-/// The peripherals of the STM32F407VG.
+/// The peripherals of the chip.
 ///
 /// Time is counted in HCLK cycles since power-on. The caller models the core, and calls [`Soc::advance_to`] with the cycle of each register
 /// access before the access, which itself takes no time. An access or an advance may move [`Soc::next_event`] in either direction.
@@ -134,18 +134,18 @@ impl Soc {
     /// A chip at power-on.
     #[must_use]
     pub fn new(config: SocConfig) -> Self {
-        let rcc = Rcc::new(config.hse_hz, config.hse_ready, config.lse_ready);
+        let rcc = Rcc::new(config.chip, config.hse_hz, config.hse_ready, config.lse_ready);
         let clocks = rcc.clocks();
         let mut soc = Soc {
             now: 0,
             time: Timebase::new(clocks.hclk),
             clocks,
             rcc,
-            pwr: Pwr::new(),
-            flash: Flash::new(config.bor_level),
+            pwr: Pwr::new(config.chip),
+            flash: Flash::new(config.chip, config.bor_level),
             flash_operations: Vec::new(),
             supply: Supply::new(SUPPLY_V),
-            dbgmcu: Dbgmcu::default(),
+            dbgmcu: Dbgmcu::new(config.chip),
             halted: false,
             syscfg: Syscfg::default(),
             exti: Exti::default(),
@@ -246,8 +246,8 @@ impl Soc {
     pub fn reset(&mut self, cause: ResetCause) {
         self.flash_operations.extend(self.flash.cut(self.time.seconds(self.now)));
         self.rcc.reset(cause);
-        self.pwr = Pwr::new();
-        self.flash = Flash::new(self.config.bor_level);
+        self.pwr = Pwr::new(self.config.chip);
+        self.flash = Flash::new(self.config.chip, self.config.bor_level);
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
         self.iwdg = Iwdg::new();
@@ -258,7 +258,7 @@ impl Soc {
         self.timers = std::array::from_fn(|number| Timer::new(&TIMERS[number], self.now));
         self.adcs.iter_mut().for_each(Adc::reset);
         if cause == ResetCause::PowerOn {
-            self.dbgmcu = Dbgmcu::default();
+            self.dbgmcu = Dbgmcu::new(self.config.chip);
         }
         self.halted = false;
         self.requests.clear();

@@ -20,6 +20,8 @@ pub(super) struct Pins {
     pub(super) driven: [u16; PORTS],
     /// Levels that the plant drives on pins.
     pub(super) inputs: [u16; PORTS],
+    /// Pins that nothing drives but a pull of the chip.
+    pub(super) floating: [u16; PORTS],
     /// Pins that are connected to a timer: pin, timer number, signal.
     pub(super) routes: Vec<(Pin, usize, PinSignal)>,
     /// Levels of EXTI lines 0 to 15.
@@ -43,6 +45,7 @@ impl Pins {
             levels: [0; PORTS],
             driven: [0; PORTS],
             inputs: [0; PORTS],
+            floating: [0; PORTS],
             routes: Vec::new(),
             lines: 0,
             edges: Vec::new(),

@@ -25,7 +25,7 @@ impl Soc {
             self.route_pins();
             self.update_used_signals();
         }
-        if self.port_changed(port) || functions {
+        if self.port_changed(port) || functions || offset == gpio::PUPDR {
             self.pins_changed();
         }
     }
@@ -37,7 +37,7 @@ impl Soc {
             for number in 0..16 {
                 let PinMode::Alternate(af) = port.mode(number) else { continue };
                 let Some(pin) = pin(index, number) else { continue };
-                if let Some((timer, signal)) = route(pin.port(), number, af) {
+                if let Some((timer, signal)) = route(self.config.chip, pin.port(), number, af) {
                     self.pins.routes.push((pin, timer, signal));
                 }
             }
@@ -71,7 +71,7 @@ impl Soc {
         let port = &self.gpio[pin.port_index()];
         match port.mode(pin.number()) {
             PinMode::Output => (Some(port.output(pin.number())), false),
-            PinMode::Alternate(af) => match route(pin.port(), pin.number(), af) {
+            PinMode::Alternate(af) => match route(self.config.chip, pin.port(), pin.number(), af) {
                 Some((timer, PinSignal::Main(channel))) => {
                     (self.timers[timer].output(channel, false), port.pull_up(pin.number()))
                 }
@@ -120,7 +120,9 @@ impl Soc {
     pub(super) fn pins_changed(&mut self) {
         for index in 0..PORTS {
             let driven = self.pins.driven[index];
-            let level = (self.pins.levels[index] & driven) | (self.pins.inputs[index] & !driven);
+            let floating = self.pins.floating[index];
+            let inputs = (self.pins.inputs[index] & !floating) | (self.gpio[index].pull_ups() & floating);
+            let level = (self.pins.levels[index] & driven) | (inputs & !driven);
             // 8.3.12: the digital input of an analog pin is off and reads 0.
             self.gpio[index].idr = level & !self.gpio[index].analog();
         }
@@ -194,14 +196,15 @@ impl Soc {
         self.pins.change_at = u64::MAX;
         let mut changed = false;
         for port in 0..PORTS {
-            let mut level = 0;
+            let (mut level, mut floating) = (0, 0);
             for number in 0..16 {
                 if let Some(pin) = pin(port, number) {
                     level |= u16::from(plant.input_level(pin, seconds)) << number;
+                    floating |= u16::from(plant.input_floats(pin, seconds)) << number;
                 }
             }
-            changed |= level != self.pins.inputs[port];
-            self.pins.inputs[port] = level;
+            changed |= (level, floating) != (self.pins.inputs[port], self.pins.floating[port]);
+            (self.pins.inputs[port], self.pins.floating[port]) = (level, floating);
         }
         if changed {
             self.pins_changed();

@@ -1,5 +1,7 @@
 //! Table of the 14 timers: width, channels, interrupts (RM0090 chapters 17 to 20, 12.1.3) and pins (data sheet table 9).
 
+use crate::chip::Chip;
+
 /// Interrupt numbers of a timer. Timers other than TIM1 and TIM8 use one number for all.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Irqs {
@@ -136,13 +138,18 @@ static ROUTES: [Route; 68] = [
 static ROUTES_AF9: [Route; 4] =
     [('B', 14, 9, 12, CH1), ('B', 15, 9, 12, CH2), ('A', 6, 9, 13, CH1), ('A', 7, 9, 14, CH1)];
 
-/// Timer number and signal of an alternate function of a pin; `None`: the function belongs to no timer.
-pub(crate) fn route(port: char, number: u8, af: u8) -> Option<(usize, PinSignal)> {
+/// Timer number and signal of an alternate function of a pin; `None`: the function belongs to no timer of the chip. The F411 has the timers 1 to 5 and 9
+/// to 11 (RM0383 chapters 12 to 14), at the same pins and functions (its data sheet, "Alternate function mapping").
+pub(crate) fn route(chip: Chip, port: char, number: u8, af: u8) -> Option<(usize, PinSignal)> {
     ROUTES
         .iter()
         .chain(&ROUTES_AF9)
-        .find(|&&(p, n, a, ..)| (p, n, a) == (port, number, af))
+        .find(|&&(p, n, a, timer, _)| (p, n, a) == (port, number, af) && exists(chip, timer))
         .map(|&(_, _, _, timer, signal)| (usize::from(timer), signal))
+}
+
+fn exists(chip: Chip, timer: u8) -> bool {
+    chip == Chip::F407 || matches!(timer, 1..=5 | 9..=11)
 }
 
 #[cfg(test)]
@@ -153,11 +160,11 @@ mod tests {
     fn servo_and_break_pins() {
         // Data sheet of the F407, table 9: TIM1 on AF1.
         for (number, channel) in [(8, CH1), (9, CH2), (10, CH3), (11, CH4)] {
-            assert_eq!(route('A', number, 1), Some((1, channel)));
+            assert_eq!(route(Chip::F407, 'A', number, 1), Some((1, channel)));
         }
-        assert_eq!(route('B', 12, 1), Some((1, BKIN)));
-        assert_eq!(route('A', 6, 1), Some((1, BKIN)));
-        assert_eq!(route('A', 8, 2), None);
+        assert_eq!(route(Chip::F407, 'B', 12, 1), Some((1, BKIN)));
+        assert_eq!(route(Chip::F407, 'A', 6, 1), Some((1, BKIN)));
+        assert_eq!(route(Chip::F407, 'A', 8, 2), None);
     }
 
     #[test]

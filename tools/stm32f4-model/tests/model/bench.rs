@@ -45,6 +45,8 @@ pub(crate) struct TestPlant {
     pub(crate) volts: Box<dyn Fn(AdcChannel, f64) -> f64>,
     /// Time, s, pin and level of each input change, in the order of time; a pin is low before its first.
     pub(crate) inputs: Vec<(f64, Pin, bool)>,
+    /// Pins that nothing drives.
+    pub(crate) open: Vec<Pin>,
     /// True: announces input changes; false: the chip must poll.
     pub(crate) announces: bool,
     /// Requests an input sample at once, always.
@@ -67,6 +69,10 @@ impl Plant for TestPlant {
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
         self.level_reads += 1;
         self.inputs.iter().rev().find(|&&(at, of, _)| of == pin && at <= seconds).is_some_and(|&(.., level)| level)
+    }
+
+    fn input_floats(&mut self, pin: Pin, _seconds: f64) -> bool {
+        self.open.contains(&pin)
     }
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
@@ -124,6 +130,7 @@ impl Bench {
         let plant = TestPlant {
             volts: Box::new(|_, _| 0.0),
             inputs: Vec::new(),
+            open: Vec::new(),
             announces: true,
             look_now: false,
             vdda: None,

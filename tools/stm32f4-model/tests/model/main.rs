@@ -1,4 +1,5 @@
-//! Tests of the peripheral models: each test checks a statement of the reference manual RM0090 and names its section.
+//! Tests of the peripheral models: each test checks a statement of the reference manual RM0090, or RM0383 for the
+//! STM32F411, and names its section.
 
 mod adc;
 mod bench;
@@ -8,6 +9,7 @@ mod clocks;
 mod crystal;
 mod dma;
 mod exti;
+mod f411;
 mod faults;
 mod lsi;
 mod oracle;

@@ -13,8 +13,9 @@ pub(crate) use limits::{Joint, Limits};
 pub(crate) use log::JudgeLog;
 
 use serde::Serialize;
+use stm32f4_model::Pin;
 
-use crate::pulses::{OutputChange, PulsePeriod, SERVOS, TimedOutputChange};
+use crate::pulses::{OutputChange, PulsePeriod, TimedOutputChange};
 use operator::Operator;
 
 /// Rounding of a pulse to a whole microsecond, on one side, us.
@@ -77,6 +78,8 @@ struct Motion {
 pub(crate) struct Judge {
     /// `None`: no pulse is allowed.
     limits: Option<Limits>,
+    /// The servo pins, for what is wrong.
+    servos: [Pin; 4],
     operator: Operator,
     motions: [Motion; 4],
     /// The servo that leaves the range of its joint in a trim.
@@ -90,10 +93,11 @@ pub(crate) struct Judge {
 
 impl Judge {
     /// A judge at power-on. `None`: no pulse is allowed.
-    pub(crate) const fn new(limits: Option<Limits>) -> Self {
+    pub(crate) const fn new(limits: Option<Limits>, servos: [Pin; 4]) -> Self {
         let motion = Motion { last: None, first_us: 0.0, moved: false, moved_fast: false };
         Judge {
             limits,
+            servos,
             operator: Operator::new(),
             motions: [motion; 4],
             trimmed: None,
@@ -155,7 +159,7 @@ impl Judge {
 
     /// Takes the pulses of a servo frame.
     pub(crate) fn take(&mut self, period: &PulsePeriod) {
-        for servo in 0..SERVOS.len() {
+        for servo in 0..self.servos.len() {
             // Without its supply a servo takes no pulse.
             let Some(us) = period.us[servo].filter(|_| period.rail) else {
                 continue;
@@ -185,7 +189,7 @@ impl Judge {
         let Some(limits) = &self.limits else {
             let what = format!(
                 "{} at {started:.4} s: a pulse without a valid robot record, or with a damaged sector",
-                SERVOS[servo]
+                self.servos[servo]
             );
             return self.note(ended, false, what);
         };
@@ -193,10 +197,10 @@ impl Judge {
         let is_inside = (least - ROUNDING_US..=most + ROUNDING_US).contains(&us);
         let is_trim = limits.trim_us.is_some_and(|trim| (trim[servo][0]..=trim[servo][1]).contains(&us.round()))
             && !self.motions[servo].moved_fast
-            && (0..SERVOS.len()).all(|other| other == servo || !self.motions[other].moved);
+            && (0..self.servos.len()).all(|other| other == servo || !self.motions[other].moved);
         if !is_inside && is_trim {
             if self.trimmed.replace(servo) != Some(servo) {
-                self.judged.trimmed.push(SERVOS[servo].to_string());
+                self.judged.trimmed.push(self.servos[servo].to_string());
             }
         } else if !is_inside {
             wrong.push(format!("{us:.1} us is outside {least:.1} to {most:.1} us"));
@@ -214,7 +218,7 @@ impl Judge {
         }
         if !wrong.is_empty() {
             // What one pulse does wrong is one violation: a cut pulse is often too short as well.
-            let what = format!("{} at {started:.4} s: {}", SERVOS[servo], wrong.join(", "));
+            let what = format!("{} at {started:.4} s: {}", self.servos[servo], wrong.join(", "));
             self.note(ended, true, what);
         }
     }
@@ -226,7 +230,7 @@ impl Judge {
             let us = (seconds - since) * 1e6;
             let most = self.limits.as_ref().map_or(0.0, |limits| limits.most_us[servo]);
             if us > most + ROUNDING_US {
-                self.note(seconds, false, format!("{} is high since {since:.4} s, for {us:.0} us", SERVOS[servo]));
+                self.note(seconds, false, format!("{} is high since {since:.4} s, for {us:.0} us", self.servos[servo]));
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Tests of the judge: each rule holds for a good run, and fails for a trace in which it is broken.
 
 use super::*;
+use crate::modelled_board::Wiring;
 
 fn period(seconds: f64, us: [f64; 4], rail: bool) -> PulsePeriod {
     PulsePeriod { seconds, us: us.map(Some), programmed_us: us.map(Some), rail }
@@ -12,7 +13,7 @@ fn off(seconds: f64) -> TimedOutputChange {
 
 /// Tested and armed at 0.72 s, with the robot of [`limits::tests::flash`].
 fn armed() -> Judge {
-    let mut judge = Judge::new(Limits::of_flash(&limits::tests::flash()));
+    let mut judge = Judge::new(Limits::of_flash(&limits::tests::flash()), Wiring::default().servos);
     operate(&mut judge, 0, 740, 300..700, 100..200);
     judge
 }
@@ -68,14 +69,14 @@ fn a_servo_without_supply_takes_no_pulse() {
 
 #[test]
 fn no_pulse_without_a_robot_record() {
-    let mut judge = Judge::new(None);
+    let mut judge = Judge::new(None, Wiring::default().servos);
     operate(&mut judge, 0, 740, 300..700, 100..200);
     assert!(first_violation(&mut judge, &[PARK]).expect("a pulse").contains("without a valid robot record"));
 }
 
 #[test]
 fn no_pulse_before_a_hold() {
-    let mut judge = Judge::new(Limits::of_flash(&limits::tests::flash()));
+    let mut judge = Judge::new(Limits::of_flash(&limits::tests::flash()), Wiring::default().servos);
     let found = first_violation(&mut judge, &[PARK]).expect("not armed");
     assert_eq!(found, "a pulse at 0.7400 s: no hold of the button armed it");
 }

@@ -10,7 +10,6 @@ use super::campaign::{Item, write_line};
 use crate::campaign::{Campaign, Draw, Driving, Expected, Fault, Reaction, Sequence};
 use crate::inject::{Injection, InjectionKind};
 use crate::plant::ButtonPress;
-use crate::pulses::SERVOS;
 use crate::report;
 
 /// Between two phases, s: a little more than a tick, so that both the servo frame and the tick are met at all phases.
@@ -214,7 +213,8 @@ impl<W: Write> BoardRun<'_, W> {
     /// Edges of the servo pins so far.
     fn servo_edges(&self) -> u64 {
         let board = self.cpu.machine();
-        SERVOS.iter().filter_map(|pin| board.plant.pulses.edges().get(pin)).sum()
+        let pulses = &board.plant.pulses;
+        pulses.servos().iter().filter_map(|pin| pulses.edges().get(pin)).sum()
     }
 }
 

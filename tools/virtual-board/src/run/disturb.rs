@@ -13,10 +13,10 @@ use crate::inject::{Injection, InjectionKind};
 use crate::random::Random;
 use crate::rtt::RttReading;
 use crate::script::{Inject, Memory, RttReader, Stream};
-use crate::unicorn::RAMS;
+use crate::unicorn::rams;
 use crate::waveform::{Wave, Waveform};
 
-/// Supply of the chip while nothing is wrong, V.
+/// Supply of the chip while nothing is wrong, and none is given, V.
 const SUPPLY_V: f64 = 3.0;
 /// Control register 1 of TIM2.
 const TIM2_CR1: u32 = 0x4000_0000;
@@ -193,7 +193,7 @@ impl<W: Write> BoardRun<'_, W> {
             return Ok(());
         }
         let Some(mut random) = self.scramble.take().map(Random) else { return Ok(()) };
-        for (base, size) in RAMS {
+        for &(base, size) in rams(self.image.board.config().chip) {
             let words = (0..size / 8).flat_map(|_| random.number().to_le_bytes());
             let bytes: Vec<u8> = words.collect();
             ensure!(self.cpu.write_ram(base, &bytes), "the RAM from {base:#010x} on cannot be written");
@@ -259,14 +259,15 @@ fn disturb_board(board: &mut BoardModel, inject: &Inject, memory: &mut dyn DmaMe
 
 fn end_on_board(board: &mut BoardModel, inject: &Inject) {
     let crystal_hz = f64::from(board.soc.config().hse_hz);
+    let supply_v = board.plant.feed().chip_supply.unwrap_or(SUPPLY_V);
     match *inject {
         Inject::CrystalHz(_) | Inject::CrystalDrift { .. } => board.soc.set_hse_hz(crystal_hz),
         Inject::Pll(_) => board.soc.set_pll_factor(1.0),
         Inject::Vdd(_) => {
             board.plant.hold_supply(None);
-            board.soc.set_supply(SUPPLY_V);
+            board.soc.set_supply(supply_v);
         }
-        Inject::PowerCycle { .. } => board.soc.set_supply(SUPPLY_V),
+        Inject::PowerCycle { .. } => board.soc.set_supply(supply_v),
         Inject::ResetButton => board.soc.pull_reset_pin(false),
         Inject::TransferStall(Stream { controller, stream }) => {
             board.soc.stall_stream(usize::from(controller) - 1, stream.into(), false);

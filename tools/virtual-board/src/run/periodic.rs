@@ -9,8 +9,8 @@ use stm32f4_model::{Conversion, Lint};
 use super::{BoardRun, IdleState, PERIODIC_JOB_S, ROUNDING_S};
 use crate::console::ConsoleCommand;
 use crate::inject::{InjectionKind, Moment};
-use crate::plant::{BUTTON, ButtonPress, EMERGENCY_STOP};
-use crate::pulses::{SERVOS, TimedOutputChange};
+use crate::plant::{ButtonPress, EMERGENCY_STOP};
+use crate::pulses::TimedOutputChange;
 use crate::report::{self, LintCount, ReportLine, RunSummary};
 
 /// Number of periodic jobs between two status lines: 100 ms.
@@ -27,7 +27,8 @@ impl<W: Write> BoardRun<'_, W> {
     pub(super) fn report_outputs(&mut self) {
         let now = self.moment();
         let mut board = self.cpu.machine();
-        let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, now.seconds));
+        let button = board.plant.button_is_pressed(now.seconds);
+        let stop = board.plant.level(EMERGENCY_STOP, now.seconds);
         let in_pulse = board.plant.pulses.any_high();
         let periods = board.plant.pulses.take_periods();
         let activity = board.plant.pulses.take_activity();
@@ -112,7 +113,8 @@ impl<W: Write> BoardRun<'_, W> {
             && !self.cpu.machine().can_wake()
             && !self.injections.iter().any(|injection| injection.due().is_some());
         let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
-        if over || stuck && self.options.secs.is_none() && !self.console.is_open() {
+        let has_no_user = self.options.secs.is_none() && !self.console.is_open() && self.lockstep.is_none();
+        if over || stuck && has_no_user {
             let locked = self.idle == IdleState::LockedUp;
             return Ok(Some(if locked {
                 "lockup"
@@ -236,7 +238,7 @@ impl<W: Write> BoardRun<'_, W> {
                 edges_before_arming: pulses.before_arming,
                 edges_after_disarming: pulses.after_disarming,
                 pulse_us: pulses.extremes.map(|both| both.map(|(min, max)| [report::micros(min), report::micros(max)])),
-                high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
+                high_at_end: pulses.servos().map(|pin| board.soc.output_level(pin)),
                 frame_margin_us: pulses.frame_margin_us,
                 judged,
                 servo_deg: self.servos.as_ref().map(|servos| servos.extremes().map(|ends| ends.map(report::degrees))),
@@ -247,7 +249,8 @@ impl<W: Write> BoardRun<'_, W> {
                 injections,
             }
         };
-        let good = end.lints.is_empty() && !self.locked_up && as_expected;
+        let is_whole = !self.lockstep.as_ref().is_some_and(|lockstep| lockstep.is_cut);
+        let good = end.lints.is_empty() && !self.locked_up && as_expected && is_whole;
         let code = match self.status {
             Some(status) if status != 0 => status.min(255) as u8,
             Some(_) => u8::from(!good),

@@ -1,13 +1,12 @@
 //! The data of a whole capture, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
 
 use super::samples::{Booted, Counts};
-use crate::board::default_loop::SENSOR_PINS;
 use crate::board::image::Image;
 use generator_file::degrees::shortest;
 use hgod_adc::Interpolation;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::{generator_record, robot_record, sensor_record};
-use joint_loop::{JointSensor, JointSensors, RecordName};
+use joint_loop::{JointSensor, JointSensors, RecordName, SENSORS};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -32,7 +31,7 @@ pub fn about(elf: &Path, image: &Image, generator_file: Option<&Path>, parameter
         "elf_sha256": image.sha256,
         "generator_file": generator_file,
         "generator": generator.name(),
-        "sensors": about_sensors(sensors),
+        "sensors": about_sensors(sensors, image.sensor_pins()),
         "records": {
             "generator": hex(generator_record::record_of(generator, &name).bytes()),
             "sensors": hex(sensor_record::record_of(sensors, &name).bytes()),
@@ -49,8 +48,8 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn about_sensors(sensors: &JointSensors) -> Value {
-    sensors.iter().zip(SENSOR_PINS).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
+fn about_sensors(sensors: &JointSensors, pins: [&str; SENSORS]) -> Value {
+    sensors.iter().zip(pins).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
 }
 
 fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {
