@@ -17,8 +17,8 @@ _FIRST_FRAME_S = 0.1
 class BoardDriver:
     """The image that would be flashed, on the virtual board. Use it in a ``with`` block: its end is that of the run on the board.
 
-    ``elf``: the image; ``robot``: a robot record, without which no servo gets pulses; ``generator``: a generator record (``footfall pack`` writes both);
-    ``emulator``: the program ``virtual-board``, as for ``footfall.VirtualBoard``. Times in s, volts in V, pulses in us.
+    ``elf``: the image; ``robot``: a robot record, without which no servo gets pulses; ``generator``: a generator record (``footfall pack`` writes
+    both); ``emulator``: the program ``virtual-board``, as for ``footfall.VirtualBoard``. Times in s, volts in V, pulses in us.
     """
 
     def __init__(

@@ -58,18 +58,18 @@ def _whole(least: int, most: int) -> Any:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m footfall.body",
-        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast its servos have to be.",
+        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast servos have to be.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument("command", nargs="?", choices=("walk", "size"), default="walk", help="walk (if it is not given) or size")
-    parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (the default), or free in the plane")
+    parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
     parser.add_argument("--robot", choices=sorted(ROBOTS), default="desk", help="desk: 1.2 kg (the default); mini: 0.3 kg; person: 70 kg, size only")
     parser.add_argument("--gait", metavar="FILE", help="generator file, as `footfall fit` writes it; the default walk of the boards without it")
-    parser.add_argument("--elf", metavar="ELF", help="an image to drive the servos, on the virtual board; the control loop in this process without it")
-    parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it; needed with --elf")
-    parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; its default walk without it")
+    parser.add_argument("--elf", metavar="ELF", help="an image on the virtual board; without it, the control loop in this process")
+    parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it")
+    parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; without it, its default walk")
     parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits; the default robot without it")
     parser.add_argument("--servo", choices=servos(), help="servo of all joints; that of the robot without it")
     parser.add_argument("--supply", metavar="V", type=_number(0.0, 30.0, " V"), help="supply of the servos, V; that of the robot without it")
@@ -180,7 +180,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.elf is not None and options.gait:
             raise InputError("--gait is of the control loop in this process: with --elf it is --generator-record, which `footfall pack` writes")
         if options.elf is not None and not options.robot_record:
-            raise InputError("--elf needs --robot-record, without which a board gives no pulse: `footfall pack --robot robot.toml -o robot.bin` writes it")
+            raise InputError("--elf needs --robot-record: a board without it gives no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         print(_size(options) if options.command == "size" else _walk(options))
     except (InputError, OSError) as error:
         _error(str(error))
