@@ -42,7 +42,7 @@ def test_both_drivers_give_the_same_pulses(record: Path) -> None:
     loop = body.run(body.Body(body.DESK, "boom"), body.LoopDriver(), 2.0)
     count = min(len(board.pulses_us), len(loop.pulses_us))
     assert count >= 99
-    np.testing.assert_allclose(board.pulses_us[:count], loop.pulses_us[:count], atol=0.5)
+    np.testing.assert_allclose(board.pulses_us[:count], loop.pulses_us[:count], atol=0.0)
     assert float(np.ptp(board.pulses_us[:, 0])) > 100.0, "it walks"
     np.testing.assert_allclose(board.trunk[-1], loop.trunk[-1], atol=0.02)
 

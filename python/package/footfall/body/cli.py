@@ -180,7 +180,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.elf is not None and options.gait:
             raise InputError("--gait is of the control loop in this process: with --elf it is --generator-record, which `footfall pack` writes")
         if options.elf is not None and not options.robot_record:
-            raise InputError("--elf needs --robot-record: a board without it gives no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
+            raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         print(_size(options) if options.command == "size" else _walk(options))
     except (InputError, OSError) as error:
         _error(str(error))
