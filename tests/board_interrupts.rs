@@ -19,5 +19,5 @@ fn only_the_listed_interrupts_are_enabled() {
     let listed: BTreeMap<u8, u8> = ENABLED.iter().map(|interrupt| (interrupt.line, interrupt.priority)).collect();
     assert_eq!(ran.end.interrupts, listed);
     let cycles: Vec<u32> = ran.boots[0].costs.iter().map(|cost| cost.longest_cycles).collect();
-    report!("longest tick of each second: {cycles:?} cycles");
+    report!("longest tick of each second: {cycles:?} instructions");
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Load and reserves in the last second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Longest tick, cycles of the core.
+    /// Longest tick by the core's cycle counter: cycles on a chip, instructions on the virtual board, which counts one cycle an instruction.
     pub longest_cycles: u32,
     /// Latest start of a tick after its trigger, us.
     pub latest_start_us: u32,

@@ -1,7 +1,13 @@
-//! `cargo xtask bench oscillators`: prints the gait error and the cost of each generator in one table.
+//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), and of each generator.
+//!
+//! `cargo xtask bench oscillators` prints the gait error and the cost of each generator in one table.
 //!
 //! Two programs give the numbers: `footfall gait-error` the error on the default recording, on the host; `step-cost` the instructions of
 //! a step, on the virtual board, which counts one cycle an instruction. None of them is a time: cycles need a chip.
+
+mod beside_c;
+mod board;
+mod page;
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -23,6 +29,8 @@ pub(crate) enum Bench {
         #[arg(long)]
         json: bool,
     },
+    /// Every part of the flashed image: instructions, exact, and modelled cycles, in five set-ups; flash, RAM and stack
+    Board(board::Options),
 }
 
 /// Steps that `step-cost` counts.
@@ -69,7 +77,14 @@ struct Row {
 
 /// Runs the bench.
 pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
-    let Bench::Oscillators { json } = bench;
+    match bench {
+        Bench::Oscillators { json } => oscillators(*json)?,
+        Bench::Board(options) => board::bench(options)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn oscillators(json: bool) -> Result<()> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
     let costs = costs(&workspace)?;
@@ -79,8 +94,8 @@ pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
     // A line with a plus is of something that has no gait error of its own.
     let (also, models): (Vec<Cost>, Vec<Cost>) = costs.into_iter().partition(|cost| cost.name.starts_with('+'));
     let rows = rows(&errors, &models)?;
-    print!("{}", if *json { object(&rows, &also) + "\n" } else { table(&rows) + "\n" + &also_table(&also) });
-    Ok(ExitCode::SUCCESS)
+    print!("{}", if json { object(&rows, &also) + "\n" } else { table(&rows) + "\n" + &also_table(&also) });
+    Ok(())
 }
 
 fn costs(workspace: &Workspace) -> Result<Vec<Cost>> {

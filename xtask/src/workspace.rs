@@ -186,6 +186,12 @@ impl Workspace {
         one_program(Build { label: "step-cost", cargo, executables: &["step-cost"] })
     }
 
+    /// The program that steps networks in Rust and in C, for the board.
+    pub(crate) fn beside_c(&self) -> Result<PathBuf> {
+        let cargo = self.thumb_build("step-cost", &[])?;
+        one_program(Build { label: "beside-c", cargo, executables: &["beside-c"] })
+    }
+
     /// The program that plays changes of gait, for the board.
     pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
         let cargo = self.thumb_build("step-cost", &[])?;
@@ -200,6 +206,11 @@ impl Workspace {
     /// The program that measures images and source.
     pub(crate) fn audit(&self) -> Result<PathBuf> {
         one_program(host_build("audit", &["audit"]))
+    }
+
+    /// The program that counts the cost of each part of an image.
+    pub(crate) fn board_cost(&self) -> Result<PathBuf> {
+        one_program(host_build("board-cost", &["board-cost"]))
     }
 
     /// The command-line program.

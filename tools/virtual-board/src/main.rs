@@ -13,6 +13,7 @@ mod campaign;
 mod console;
 mod cpu;
 mod exception;
+mod execution_trace;
 mod fault;
 mod feed;
 mod inject;
@@ -201,6 +202,9 @@ struct Cli {
     /// Write the edges of a pin to a CSV file with the header time_s,level, for example PB5=sync.csv
     #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     record_edges: Vec<(Pin, PathBuf)>,
+    /// Write what the core executes to a file, block by block, for tools/board-cost: some 5 MB a virtual second
+    #[arg(long, value_name = "FILE", conflicts_with = "campaign")]
+    trace_execution: Option<PathBuf>,
     /// Model servos of this kind at the servo pins, and write the angles of the joints each 20 ms
     #[arg(long, value_name = "KIND", conflicts_with = "campaign")]
     servo: Option<ServoKind>,
@@ -465,6 +469,9 @@ fn run(cli: &Cli) -> Result<u8> {
         run.follow(script)?;
     }
     run.save_flash(&cli.save_flash)?;
+    if let Some(path) = &cli.trace_execution {
+        run.trace_execution(path)?;
+    }
     run.run()
 }
 

@@ -11,8 +11,11 @@ mod lockstep;
 mod moments;
 mod periodic;
 mod saved_sector;
+mod tracing;
 
+use std::cell::RefCell;
 use std::io::Write;
+use std::rc::Rc;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -23,6 +26,7 @@ use crate::campaign::Driving;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
+use crate::execution_trace::{Event, ExecutionTrace};
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
 use crate::judge::{Judge, JudgeLog, Limits};
@@ -105,6 +109,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     lockstep: Option<Lockstep>,
     /// Sectors to write to files at the end.
     saved: Vec<SavedSector>,
+    /// What the core executes goes there.
+    trace: Option<Rc<RefCell<ExecutionTrace>>>,
     injections: Vec<Injection>,
     /// Waits for the moments of a script.
     watcher: Watcher,
@@ -174,6 +180,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             recorder,
             lockstep: None,
             saved: Vec::new(),
+            trace: None,
             injections,
             watcher: Watcher::default(),
             drift: None,
@@ -484,6 +491,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
+        self.trace(Event::Boot);
         self.log.iter_mut().for_each(String::clear);
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();

@@ -14,15 +14,18 @@ use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
 use stm32f4_model::{Chip, DmaMemory, Width};
-use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn};
+use unicorn_engine::{
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, UcHookId, Unicorn,
+};
 
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
+use crate::execution_trace::{self, Event, ExecutionTrace};
 use crate::nvic::Masks;
 
 /// Start address of flash.
 pub(crate) const FLASH: u32 = 0x0800_0000;
 /// Size of the largest flash of the modelled chips, bytes.
-const FLASH_SIZE: u32 = 0x10_0000;
+pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
 /// Start and size in bytes of the RAM regions: SRAM, and the core-coupled memory.
 const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
 
@@ -109,6 +112,7 @@ pub(crate) struct UnicornCpu<M> {
     machine: Rc<RefCell<M>>,
     hook_results: Rc<HookResults>,
     counts: Rc<BlockCounts>,
+    block_hook: Option<UcHookId>,
     stale_flags: bool,
 }
 
@@ -216,6 +220,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             machine: Rc::new(RefCell::new(machine)),
             hook_results: Rc::default(),
             counts: Rc::new(BlockCounts::new(flash)),
+            block_hook: None,
             stale_flags,
         };
         cpu.hook_translation()?;
@@ -272,7 +277,51 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 machine.charge(addr as u32, instructions);
             }
         };
-        convert_error(self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook), "hooking blocks")?;
+        self.replace_block_hook(hook)
+    }
+
+    fn replace_block_hook(&mut self, hook: impl FnMut(&mut Uc<'_>, u64, u32) + 'static) -> Result<()> {
+        if let Some(before) = self.block_hook.take() {
+            convert_error(self.uc.remove_hook(before), "removing the hook of blocks")?;
+        }
+        let hooked = self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook);
+        self.block_hook = Some(convert_error(hooked, "hooking blocks")?);
+        Ok(())
+    }
+
+    /// Hooks blocks and divisions for a trace. Not reads: with a hook of reads Unicorn 2.1.5 executes a program differently (a handler found the
+    /// interrupts masked).
+    ///
+    /// # Errors
+    /// Unicorn refuses a hook.
+    pub(crate) fn trace_execution(&mut self, trace: &Rc<RefCell<ExecutionTrace>>) -> Result<()> {
+        let (machine, counts, hook_results) =
+            (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
+        let blocks = Rc::clone(trace);
+        self.replace_block_hook(move |uc, addr, size| {
+            let mut machine = machine.borrow_mut();
+            let instructions = counts.instructions(addr as u32, size);
+            if machine.before_block(instructions, || read_masks(uc)) {
+                hook_results.stop.set(Some(Stop::Requested));
+                let _ = uc.emu_stop();
+            } else {
+                machine.charge(addr as u32, instructions);
+                blocks.borrow_mut().note(Event::Block(addr as u32, size));
+            }
+        })?;
+        let image = self.counts.image.borrow().clone();
+        for (addr, registers, signed) in execution_trace::divisions(&image) {
+            for base in [0, FLASH] {
+                let at = u64::from(addr - FLASH + base);
+                let trace = Rc::clone(trace);
+                let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
+                    let [dividend, divisor] =
+                        registers.map(|number| execution_trace::magnitude_bits(get(uc, Reg::R(number)), signed));
+                    trace.borrow_mut().note(Event::Division(dividend, divisor));
+                };
+                convert_error(self.uc.add_code_hook(at, at, hook), "hooking a division")?;
+            }
+        }
         Ok(())
     }
 

@@ -54,6 +54,19 @@ fn copy_source(to: &Path) -> Result<()> {
     Ok(())
 }
 
+/// The cost of the parts of the image: the model's tables, and the firmware's own stopwatch on the virtual board.
+pub(super) fn board_cost(state: &State) -> Result<String> {
+    let footfall = state.workspace.footfall()?;
+    let variables = [
+        ("FOOTFALL_ELF", state.image()?),
+        ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
+        ("FOOTFALL_BIN", &footfall),
+    ];
+    let variables = variables.map(|(name, path)| (name, path.as_os_str()));
+    passed(state, tests(state, &["--profile", "host", "--package", "board-cost"], &variables)?)
+}
+
 /// What the image, a run of it and the source need is not more than `ratchets.toml` allows; each of these numbers can fail.
 pub(super) fn ratchets(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;

@@ -34,7 +34,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 25] = [
+pub(super) const STEPS: [Step; 26] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -184,6 +184,13 @@ pub(super) const STEPS: [Step; 25] = [
         needs: &[Need::Python, Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: python_board,
+    },
+    Step {
+        name: "board-cost",
+        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, and the trace changes no run",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::board_cost,
     },
     Step {
         name: "ratchets",

@@ -131,8 +131,13 @@ fn second(view: &View) -> Line<'_> {
         Watched::Virtual => format!("host replay: {}  frames lost {}", view.replay(), view.counters.lost_lines),
         Watched::Board => format!("damaged frames {}", view.counters.malformed),
     };
+    // The virtual board's cycle counter counts instructions.
+    let unit = match view.watched {
+        Watched::Virtual => "instructions",
+        Watched::Board => "cycles",
+    };
     let cost = view.cost.map_or(String::new(), |cost| {
-        format!("  longest tick {} cycles  stack {} B", cost.longest_cycles, cost.stack_used)
+        format!("  longest tick {} {unit}  stack {} B", cost.longest_cycles, cost.stack_used)
     });
     let die =
         view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("  die {die:.0} \u{b0}C"));
@@ -266,6 +271,24 @@ mod tests {
         }
         // The curve of the measured angle is drawn in dots of Braille.
         assert!(screen.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count() > 100, "{screen}");
+    }
+
+    #[test]
+    fn a_virtual_board_counts_instructions_and_a_board_cycles() {
+        let cost = wire::Cost {
+            longest_cycles: 6058,
+            latest_start_us: 80,
+            dropped: 0,
+            stack_used: 4000,
+            stack_size: 9000,
+            truncated: 0,
+        };
+        for (watched, right, wrong) in
+            [(Watched::Virtual, "6058 instructions", "cycles"), (Watched::Board, "6058 cycles", "instructions")]
+        {
+            let screen = shown(&View { watched, cost: Some(cost), ..view(200) }, 140, 30);
+            assert!(screen.contains(right) && !screen.contains(wrong), "{screen}");
+        }
     }
 
     #[test]

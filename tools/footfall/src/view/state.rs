@@ -103,7 +103,7 @@ pub struct View {
     /// Pulses at the pins in the last servo period, in microseconds; `None` while the outputs are off.
     pub pins_us: [Option<f64>; 4],
     /// Time of the last pulses, s.
-    pulses_at_s: f64,
+    pub(super) pulses_at_s: f64,
     /// Boots so far.
     pub boots: u32,
     /// Cause of the last boot.

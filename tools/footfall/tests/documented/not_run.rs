@@ -31,6 +31,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --foxglove",
             "cargo xtask run --udp 127.0.0.1",
             "cargo xtask bench oscillators",
+            "cargo xtask bench board",
             "cargo xtask ratchet",
             "cargo xtask ratchet --write --reason \"the loop is built in place\"",
             "cargo xtask campaign",

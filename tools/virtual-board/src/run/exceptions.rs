@@ -5,6 +5,7 @@ use std::io::Write;
 use super::{BoardRun, IdleState};
 use crate::cpu::{CONTROL_FPCA, Cpu, Reg};
 use crate::exception::{self, ReturnFault};
+use crate::execution_trace::Event;
 use crate::fault::{self, FaultCause, FaultResponse};
 use crate::inject::InjectionKind;
 use crate::nvic;
@@ -29,6 +30,7 @@ impl<W: Write> BoardRun<'_, W> {
         if self.cpu.reg(Reg::Control) & CONTROL_FPCA != 0 {
             self.cpu.machine().note_fpu_use();
         }
+        self.trace_exception(number, false);
         // The NVIC is moved out meanwhile: `enter` needs the processor, whose cell also holds the board.
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
         let entered = exception::enter(&mut self.cpu, &mut nvic, number, handler, return_to, self.options.omitted);
@@ -78,6 +80,7 @@ impl<W: Write> BoardRun<'_, W> {
         }
         match exception::unstack(&mut self.cpu, value, self.options.omitted) {
             Ok(()) => {
+                self.trace(Event::Return);
                 let mut board = self.cpu.machine();
                 board.add_cycles(RETURN_CYCLES);
                 let sleeps = board.scs.sleeps_on_exit();
@@ -95,6 +98,7 @@ impl<W: Write> BoardRun<'_, W> {
     pub(super) fn tail_chain(&mut self, number: u8, exc_return: u32) {
         self.exceptions += 1;
         let Some(handler) = self.read_vector(number) else { return };
+        self.trace_exception(number, true);
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
         exception::start_handler(&mut self.cpu, &mut nvic, number, handler, exc_return, self.options.omitted);
         let mut board = self.cpu.machine();

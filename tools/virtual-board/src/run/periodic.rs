@@ -72,6 +72,7 @@ impl<W: Write> BoardRun<'_, W> {
             return Ok(None);
         }
         self.periods += 1;
+        self.trace_millisecond();
         self.cpu.machine().check_outputs();
         self.drift(seconds);
         self.drain_rtt();
@@ -205,6 +206,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.record_signals()?;
         self.recorder.flush()?;
         self.write_sectors()?;
+        self.finish_trace()?;
         self.report_lints();
         let now = self.moment().seconds;
         let (high_since, rail) = {

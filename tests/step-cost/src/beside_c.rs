@@ -1,0 +1,29 @@
+//! Steps of the thesis' network and of R1 in Rust, and in plain C of the same equations (`c/networks.c`), for an emulated Cortex-M4F.
+//!
+//! Both begin in the same state. It prints a line for each network, `name steps equal difference`: steps, how many of them C without
+//! contraction computes bit for bit as Rust, and the largest difference of C with contraction, in parts of 10^9 of the displacement's
+//! amplitude. `cargo xtask bench board` counts what each step costs. Without a C compiler (`arm-none-eabi-gcc`) it prints nothing.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(all(target_os = "none", beside_c))]
+mod networks;
+#[cfg(target_os = "none")]
+mod semihosting;
+#[cfg(target_os = "none")]
+mod start;
+
+/// Entry on the board.
+#[cfg(target_os = "none")]
+#[unsafe(no_mangle)]
+extern "C" fn after_reset() -> ! {
+    #[cfg(beside_c)]
+    let status = networks::run();
+    #[cfg(not(beside_c))]
+    let status = 0;
+    semihosting::exit(status)
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This program runs on an emulated board: cargo xtask bench board.");
+}

@@ -1,0 +1,61 @@
+//! Steps of two networks in Rust beside plain C of the same equations: the program `beside-c` of tests/step-cost, on the virtual board.
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::{Value, json};
+
+use crate::shell;
+
+/// The compiler of C for the board.
+const COMPILER: &str = "arm-none-eabi-gcc";
+/// FLASH_ACR as the firmware sets it: the program sets no clock.
+const FLASH_ACR: &str = "0x705";
+/// Names in the output, and in the functions.
+const NETWORKS: [(&str, &str); 2] = [("thesis", "thesis"), ("R1", "r1")];
+const VARIANTS: [(&str, &str, &str); 3] = [("rust", "rust_", ""), ("c", "c_", "_exact"), ("c_fused", "c_", "_fused")];
+/// The program takes a second.
+const DEADLINE: Duration = Duration::from_secs(120);
+
+/// The comparison; null where there is no C compiler.
+pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folder: &Path) -> Result<Value> {
+    let Some(compiler) = shell::on_path(COMPILER) else {
+        eprintln!("bench: no {COMPILER}, so nothing is compared with C; Debian has it in gcc-arm-none-eabi");
+        return Ok(Value::Null);
+    };
+    eprintln!("bench: beside C");
+    let version = shell::stdout_of(shell::command(compiler).arg("--version"))?;
+    let trace = folder.join("beside-c.bin");
+    let mut run = shell::command(virtual_board);
+    run.args(["--self-test-exit", "semihosting", "--secs", "60", "--trace-execution"]).arg(&trace).arg(elf);
+    let finished = shell::with_deadline(&mut run, DEADLINE, &folder.join("beside-c.log"))?;
+    ensure!(finished.success(), "beside-c fails on the virtual board ({})\n{}", finished.how(), finished.tail(20));
+    let lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let lines: Vec<Value> = lines.filter(|line| line["type"] == "semihosting").collect();
+    let names: Vec<String> = NETWORKS
+        .iter()
+        .flat_map(|(_, network)| VARIANTS.iter().map(move |(_, begin, end)| format!("{begin}{network}{end}")))
+        .collect();
+    let mut count = shell::command(board_cost);
+    count.arg("--elf").arg(elf).arg("--trace").arg(&trace).args(["--flash-acr", FLASH_ACR, "--function"]).args(&names);
+    let counted: Value =
+        serde_json::from_str(&shell::stdout_of(&mut count)?).context("reading the output of board-cost")?;
+    std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
+    let mut networks = Vec::new();
+    for (name, function) in NETWORKS {
+        let texts = lines.iter().filter_map(|line| line["text"].as_str());
+        let line =
+            texts.map(|text| text.split_whitespace().collect::<Vec<_>>()).find(|words| words.first() == Some(&name));
+        let numbers: Vec<u64> = line.iter().flatten().filter_map(|word| word.parse().ok()).collect();
+        let &[steps, equal, difference] = numbers.as_slice() else {
+            anyhow::bail!("beside-c printed no line of three numbers for {name}: was it built without {COMPILER}?")
+        };
+        let mut network = json!({ "name": name, "steps": steps, "equal": equal, "fused_difference_1e9": difference });
+        for (key, begin, end) in VARIANTS {
+            network[key] = super::board::row(&counted, &format!("{begin}{function}{end}"))?.clone();
+        }
+        networks.push(network);
+    }
+    Ok(json!({ "compiler": version.lines().next().unwrap_or_default(), "networks": networks }))
+}

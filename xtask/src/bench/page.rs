@@ -1,0 +1,180 @@
+//! The page docs/performance.md, from docs/performance.json.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+/// The page.
+pub(super) const PAGE: &str = "docs/performance.md";
+/// The numbers.
+pub(super) const JSON: &str = "docs/performance.json";
+
+/// What stands before the tables.
+const HEAD: &str = include_str!("performance_head.md");
+
+/// The page, as Markdown.
+pub(super) fn page(result: &Value) -> Result<String> {
+    let mut text = HEAD.to_owned();
+    let first = result["set_ups"].get(0).context("no set-up was measured")?;
+    let tick = part(first, "tick")?;
+    let number = |value: &Value| value.as_u64().context("a number is missing");
+    let other = number(&result["tick_if_prefetched_lines_are_cached"]["median"])?;
+    let secs = number(&result["secs"])?;
+    let compiler = result["compiler"].as_str().context("no compiler")?;
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        "Measured over {secs} s of walking in each set-up, on the virtual board, with the image for the STM32F4 Discovery at {} MHz, built by\n{compiler}.\n",
+        number(&result["hclk_hz"])? / 1_000_000
+    );
+    let _ = writeln!(
+        text,
+        "What the manual of the flash leaves open changes the median of the tick in the first set-up from {} to {other} modelled cycles.\n",
+        number(&tick["cycles"]["median"])?
+    );
+    text += "## A tick in each set-up\n\n";
+    text += "A tick is the interrupt at the end of the samples and the control task. The last column is all code, with the tasks below the tick and\n\
+             the other interrupts, as a part of the processor's time.\n\n";
+    text += "| set-up | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of 1 ms, at most | all code |\n|---|---|---|---|---|\n";
+    let period = number(&result["hclk_hz"])? / 1000;
+    let set_ups = result["set_ups"].as_array().context("no set-ups")?;
+    for set_up in set_ups {
+        let tick = part(set_up, "tick")?;
+        let most = number(&tick["cycles"]["max"])? as f64 / period as f64 * 100.0;
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {most:.1} % | {} % |",
+            name(&set_up["name"])?,
+            spread(&tick["instructions"])?,
+            spread(&tick["cycles"])?,
+            set_up["load_percent"]
+        );
+    }
+    text += "\n## Each kind of generator\n\nThe stage `generate` of a tick: observation of the person, a step, the check of the state, and four angles.\n\n";
+    text += "| kind | instructions: min, median, p99, max | modelled cycles: min, median, p99, max |\n|---|---|---|\n";
+    for one in result["generators"].as_array().context("no generators")? {
+        let cost = &one["cost"];
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} |",
+            name(&one["kind"])?,
+            spread(&cost["instructions"])?,
+            spread(&cost["cycles"])?
+        );
+    }
+    text += &beside_c(&result["beside_c"])?;
+    text += "\n## Each part\n\nA row of the thread is a round of the telemetry task, 2 ms; one of an interrupt is a call of its handler; one of the control period is all\n\
+             code in a millisecond.\n";
+    for set_up in set_ups {
+        let _ = write!(
+            text,
+            "\n### {}\n\n| part | runs | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of these waits for flash, median |\n|---|---|---|---|---|\n",
+            heading(name(&set_up["name"])?)
+        );
+        for row in set_up["rows"].as_array().context("no parts")? {
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {} | {} |",
+                name(&row["part"])?,
+                row["count"],
+                spread(&row["instructions"])?,
+                spread(&row["cycles"])?,
+                row["stalls"]["median"]
+            );
+        }
+    }
+    text += "\n## Memory\n\nIn bytes. The stack has the rest of the RAM. Its use is that of the first set-up, by a pattern that the start-up code writes; its bound is that\n\
+             of [the audit](ratchets.md).\n\n| flash | variables and buffers | stack, bound | stack, used | stack, size |\n|---|---|---|---|---|\n";
+    let image = &result["image"];
+    let bytes = ["flash_bytes", "static_ram_bytes", "stack_bound_bytes", "stack_used_bytes", "stack_bytes"];
+    let bytes = bytes.map(|key| image[key].to_string());
+    let _ = writeln!(text, "| {} |", bytes.join(" | "));
+    Ok(text)
+}
+
+/// The networks beside C.
+fn beside_c(of: &Value) -> Result<String> {
+    let mut text = String::from("\n## Beside C\n\n");
+    let Some(networks) = of["networks"].as_array() else {
+        text += "There was no C compiler for the board (`arm-none-eabi-gcc`), so nothing is compared here.\n";
+        return Ok(text);
+    };
+    let _ = writeln!(
+        text,
+        "A Runge-Kutta step of the thesis' network and of R1, in Rust as in the image and in plain C of the same equations\n\
+         (`tests/step-cost/c/networks.c`: constants folded, time in half steps), by {}, `-O3`. Without contraction C has the order of\n\
+         operations of the Rust code; with it, the compiler fuses multiplications and additions. The functions take turns, so none finds its code in\n\
+         the cache of the flash; the table has instructions and modelled cycles, medians, and in brackets the cycles without waits for flash.\n",
+        name(&of["compiler"])?
+    );
+    text += "| network | Rust | C, `-ffp-contract=off` | C, contracted | steps in which C and Rust are equal bit for bit | largest difference of contracted C |\n|---|---|---|---|---|---|\n";
+    let cell = |row: &Value| -> Result<String> {
+        let median = |key: &str| row[key]["median"].as_u64().context("a median is missing");
+        let cycles = median("cycles")?;
+        Ok(format!("{}, {cycles} ({})", median("instructions")?, cycles - median("stalls")?))
+    };
+    for network in networks {
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} of {} | {} ppm of the amplitude |",
+            name(&network["name"])?,
+            cell(&network["rust"])?,
+            cell(&network["c"])?,
+            cell(&network["c_fused"])?,
+            network["equal"],
+            network["steps"],
+            network["fused_difference_1e9"].as_f64().context("a difference is missing")? / 1e3
+        );
+    }
+    text += "\nThe gate is not compared.\n";
+    Ok(text)
+}
+
+/// The row of a part of a set-up.
+fn part<'a>(set_up: &'a Value, part: &str) -> Result<&'a Value> {
+    let rows = set_up["rows"].as_array().context("a set-up without parts")?;
+    rows.iter().find(|row| row["part"] == part).with_context(|| format!("no part `{part}`"))
+}
+
+fn name(value: &Value) -> Result<&str> {
+    value.as_str().context("a name is missing")
+}
+
+fn heading(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// `1, 2, 3, 4`, or one number where all are equal.
+fn spread(of: &Value) -> Result<String> {
+    let numbers = ["min", "median", "p99", "max"].map(|key| of[key].as_u64());
+    let numbers = numbers.into_iter().collect::<Option<Vec<u64>>>().context("a number of a part is missing")?;
+    let all = numbers.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+    Ok(if numbers.iter().all(|number| *number == numbers[0]) { numbers[0].to_string() } else { all })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn read(file: &str) -> String {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        std::fs::read_to_string(root.join(file)).unwrap()
+    }
+
+    #[test]
+    fn the_page_is_what_the_numbers_say() {
+        let numbers: Value = serde_json::from_str(&read(JSON)).unwrap();
+        assert!(page(&numbers).unwrap() == read(PAGE), "`cargo xtask bench board --write` writes {PAGE} from {JSON}");
+    }
+
+    #[test]
+    fn a_number_that_is_missing_is_named() {
+        let mut numbers: Value = serde_json::from_str(&read(JSON)).unwrap();
+        numbers["set_ups"][0]["rows"][0]["cycles"]["p99"] = Value::Null;
+        assert!(page(&numbers).unwrap_err().to_string().contains("a number of a part is missing"));
+    }
+}
