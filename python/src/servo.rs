@@ -98,7 +98,7 @@ impl Servo {
     }
 }
 
-/// Names of the modelled servos under load, for ``Servo``.
+/// Names of the modelled servos under load, for ``Servo``; no unit.
 #[pyfunction]
 pub(crate) fn servos() -> Vec<&'static str> {
     LoadSheet::ALL.iter().map(|sheet| sheet.name).collect()
@@ -128,7 +128,8 @@ pub(crate) fn robot(py: Python<'_>, path: Option<PathBuf>) -> PyResult<Bound<'_,
     Ok(all)
 }
 
-/// Volts (V, at the sensor) of a sensor at angles (rad), shape (n,): the inverse of its calibration. An angle beyond the table has the volts of its end.
+/// Volts (V, at the sensor) of a sensor at angles (rad), shape (n,): the inverse of its calibration. An angle beyond the table has the volts of its
+/// end.
 ///
 /// ``calibration``: a sensor file; without it, the published curve.
 #[pyfunction]

@@ -50,8 +50,8 @@ pub struct LoadSheet {
 const BAND_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 impl LoadSheet {
-    /// A micro servo of 9 g, TowerPro SG90, analogue. Torque and speed at two supplies: product page "servo motor SG90" of musefsales.com (1.8 kgf cm,
-    /// 0.12 s at 4.8 V; 2.2 kgf cm, 0.10 s at 6 V). TowerPro's data sheet has 4.8 V only: 1.8 kgf cm, 0.1 s, dead band 10 us. No source names the
+    /// A micro servo of 9 g, TowerPro SG90, analogue. Torque and speed at two supplies: product page "servo motor SG90" of musefsales.com (1.8 kgf
+    /// cm, 0.12 s at 4.8 V; 2.2 kgf cm, 0.10 s at 6 V). TowerPro's data sheet has 4.8 V only: 1.8 kgf cm, 0.1 s, dead band 10 us. No source names the
     /// accepted pulses; 500 to 2400 us is the travel that a vendor's page has (Smarthon, servo SG90).
     pub const SG90: LoadSheet = LoadSheet {
         name: "SG90",
@@ -66,8 +66,8 @@ impl LoadSheet {
     };
 
     /// A standard servo, TowerPro MG996R: 9.4 kgf cm, 0.17 s at 4.8 V; 11 kgf cm, 0.14 s at 6 V; dead band 5 us (TowerPro's data sheet, as
-    /// electronicoscaldas.com has it). Sellers call it analogue or digital; analogue stands for it, since that one loses its torque without pulses. The
-    /// data sheet says that it turns about 120 degrees, sellers say 180; 500 to 2500 us of a scale of 90 degrees for 1000 us stand for it.
+    /// electronicoscaldas.com has it). Sellers call it analogue or digital; analogue stands for it, since that one loses its torque without pulses.
+    /// The data sheet says that it turns about 120 degrees, sellers say 180; 500 to 2500 us of a scale of 90 degrees for 1000 us stand for it.
     pub const MG996R: LoadSheet = LoadSheet {
         name: "MG996R",
         kind: Kind::Analogue,

@@ -333,7 +333,8 @@ fn python_wheel(state: &State) -> Result<(Environment, PathBuf)> {
 }
 
 /// Tests of the Python package that run the image.
-const BOARD_TESTS: [&str; 2] = ["python/tests/test_board.py", "python/tests/test_board_steps.py"];
+const BOARD_TESTS: [&str; 3] =
+    ["python/tests/test_board.py", "python/tests/test_board_steps.py", "python/tests/test_body_board.py"];
 
 fn python(state: &State) -> Result<String> {
     let (environment, wheel) = python_wheel(state)?;

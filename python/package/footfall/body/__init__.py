@@ -4,6 +4,7 @@ Install with the extra ``footfall[body]``. ``python -m footfall.body --help`` ru
 measured on a robot. docs/body.md says what each rig is honest for.
 """
 
+from .board import BoardDriver
 from .drivers import Driver, Frame, LoopDriver
 from .measures import fallen, measures, together
 from .robots import DESK, MINI, ROBOTS, Foot, Robot, Segment, named, person
@@ -11,6 +12,7 @@ from .seeds import Variation, variation
 from .simulation import Body, Trace, run
 
 __all__ = [
+    "BoardDriver",
     "Body",
     "DESK",
     "Driver",

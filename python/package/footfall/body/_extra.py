@@ -1,5 +1,6 @@
 """MuJoCo, which is installed with the extra ``footfall[body]`` only."""
 
+from importlib import import_module
 from types import ModuleType
 
 #: Version of MuJoCo with which the numbers of docs/body.md were measured; another one may give other bits.
@@ -9,7 +10,8 @@ MUJOCO = "4.0.0"
 def mujoco() -> ModuleType:
     """The module ``mujoco``; an ``ImportError`` that says what to install without it."""
     try:
-        import mujoco as module
+        # By its name, since it has no types.
+        return import_module("mujoco")
     except ImportError as error:
-        raise ImportError(f"footfall.body needs MuJoCo {MUJOCO}, which is not installed: pip install 'footfall[body]', or ./python[body] in a clone") from error
-    return module  # type: ignore[no-any-return]
+        what = "pip install 'footfall[body]', or ./python[body] in a clone"
+        raise ImportError(f"footfall.body needs MuJoCo {MUJOCO}, which is not installed: {what}") from error

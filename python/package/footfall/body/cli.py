@@ -10,6 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 from .. import JOINTS, Generator, servos
 from .._errors import FootfallError, InputError
 from . import picture, size
+from .board import BoardDriver
 from .drivers import LoopDriver
 from .measures import fallen, measures, together
 from .model import RIGS
@@ -57,15 +58,18 @@ def _whole(least: int, most: int) -> Any:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m footfall.body",
-        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast its servos have to be.",
+        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast servos have to be.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument("command", nargs="?", choices=("walk", "size"), default="walk", help="walk (if it is not given) or size")
-    parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (the default), or free in the plane")
+    parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
     parser.add_argument("--robot", choices=sorted(ROBOTS), default="desk", help="desk: 1.2 kg (the default); mini: 0.3 kg; person: 70 kg, size only")
     parser.add_argument("--gait", metavar="FILE", help="generator file, as `footfall fit` writes it; the default walk of the boards without it")
+    parser.add_argument("--elf", metavar="ELF", help="an image on the virtual board; without it, the control loop in this process")
+    parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it")
+    parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; without it, its default walk")
     parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits; the default robot without it")
     parser.add_argument("--servo", choices=servos(), help="servo of all joints; that of the robot without it")
     parser.add_argument("--supply", metavar="V", type=_number(0.0, 30.0, " V"), help="supply of the servos, V; that of the robot without it")
@@ -87,7 +91,6 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
     robot, found = named(options.robot), []
     seeds = [0] if options.seeds is None else list(range(1, options.seeds + 1))
     for number, seed in enumerate(seeds, 1):
-        generator = _generator(options.gait)
         body = Body(
             robot,
             options.rig,
@@ -96,11 +99,15 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
             supply_v=options.supply,
             robot_file=options.robot_file,
         )
-        driver = LoopDriver(generator, robot=options.robot_file)
-        trace = run(body, driver, options.secs, seed=seed, until=fallen)
+        if options.elf is None:
+            driver = LoopDriver(_generator(options.gait), robot=options.robot_file)
+            trace, stopped = run(body, driver, options.secs, seed=seed, until=fallen), driver.stopped
+        else:
+            with BoardDriver(options.elf, robot=options.robot_record, generator=options.generator_record) as board:
+                trace, stopped = run(body, board, options.secs, seed=seed, until=fallen), board.stopped
         has_fallen = fallen(body)
-        if driver.stopped is not None:
-            raise FootfallError(f"the control loop stopped at {trace.time_s[-1]:.2f} s, seed {seed}: {driver.stopped}")
+        if stopped is not None:
+            raise FootfallError(f"the outputs went off at {trace.time_s[-1]:.2f} s or before, seed {seed}: {stopped}")
         one = {"seed": seed, **measures(trace, has_fallen)}
         # The columns of many long runs would need gigabytes; `size` alone needs them all.
         keep = trace if options.command == "size" or number == 1 else None
@@ -168,6 +175,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         if options.picture is not None and not os.path.isdir(os.path.dirname(os.path.abspath(options.picture))):
             raise InputError(f"--picture {options.picture}: its folder does not exist; make it first")
+        if options.elf is None and (options.robot_record or options.generator_record):
+            raise InputError("--robot-record and --generator-record are of an image: allowed with --elf; without it, --robot-file and --gait")
+        if options.elf is not None and options.gait:
+            raise InputError("--gait is of the control loop in this process: with --elf it is --generator-record, which `footfall pack` writes")
+        if options.elf is not None and not options.robot_record:
+            raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         print(_size(options) if options.command == "size" else _walk(options))
     except (InputError, OSError) as error:
         _error(str(error))

@@ -40,6 +40,9 @@ class LoopDriver:
     #: Volts of the board's supply and the converter's reading of its reference at it, for the typical factory code of 1502 at 3.3 V.
     _SUPPLY_V, _VREFINT = 3.0, 1652
     _FRAME_TICKS = 20
+    #: The image on the virtual board begins its first servo frame so many ticks after the tick that switches the outputs on, and its first tick so
+    #: many milliseconds after power-on (a test compares the pulses).
+    _FIRST_FRAME_TICKS, _BOOT_MS = 10, 11
     #: Of the oscillator that the board measures, Hz.
     _WATCHDOG_HZ = 32_000
 
@@ -65,8 +68,8 @@ class LoopDriver:
             return None
         if self._first is None:
             self._first = self._ticks
-        since = self._ticks - self._first
-        if since % self._FRAME_TICKS:
+        since = self._ticks - self._first - self._FIRST_FRAME_TICKS
+        if since < 0 or since % self._FRAME_TICKS:
             return None
         hip, other_hip, knee, other_knee = (float(width) for width in pulses)
         return Frame(since / 1000.0, (hip, other_hip, knee, other_knee))
@@ -77,7 +80,9 @@ class LoopDriver:
         tremble = np.random.default_rng(0).normal(0.0, 0.004, (2000, len(volts)))
         for at in range(2000):
             held = [volt + float(shake) for volt, shake in zip(volts, tremble[at])]
-            frame = self._tick(held, button=100 <= at < 700, stop=25 <= at < 50)
+            # The times of VirtualBoard.arm.
+            since_power_on = at + self._BOOT_MS
+            frame = self._tick(held, button=200 <= since_power_on < 700, stop=50 <= since_power_on < 150)
             if frame is not None:
                 return [frame]
         raise FootfallError(f"the control loop does not arm: its state is {self._loop.state}, the cause {self._loop.cause}")

@@ -85,6 +85,8 @@ def mjcf(
     factor, friction = variation.mass_factor, variation.friction
     balls = "".join(f'<geom type="sphere" size="{_BALL_M}" pos="{x!r} 0 {z!r}"/>' for x, z in arc(robot.shank, robot.foot))
 
+    shank = _shank(robot.shank, robot.foot, factor)
+
     def joint(name: str, axis: int) -> str:
         least, most = limits[name]["least_rad"] - _STOP_RAD, limits[name]["most_rad"] + _STOP_RAD
         return (
@@ -95,7 +97,7 @@ def mjcf(
     def leg(side: str, y: float) -> str:
         return (
             f'<body name="{side}_thigh" pos="0 {y} 0">{joint(f"{side}_hip", -1)}{_segment(robot.thigh, factor)}'
-            f'<body name="{side}_shank" pos="0 0 {-robot.thigh.length_m!r}">{joint(f"{side}_knee", 1)}{_shank(robot.shank, robot.foot, factor)}{balls}</body></body>'
+            f'<body name="{side}_shank" pos="0 0 {-robot.thigh.length_m!r}">{joint(f"{side}_knee", 1)}{shank}{balls}</body></body>'
         )
 
     # A hung trunk has its hip a quarter of a leg higher than one that stands.
@@ -110,7 +112,8 @@ def mjcf(
     floor = '<geom name="floor" type="plane" size="0 0 1" contype="2" conaffinity="1"/>' if contact else ""
     return f"""<mujoco model="{robot.name} {rig}">
 <compiler angle="radian" autolimits="false"/>
-<option timestep="{step_s!r}" gravity="{gravity}" integrator="implicitfast" cone="elliptic" jacobian="dense" solver="Newton" iterations="100" tolerance="1e-10"/>
+<option timestep="{step_s!r}" gravity="{gravity}" integrator="implicitfast" cone="elliptic"
+  jacobian="dense" solver="Newton" iterations="100" tolerance="1e-10"/>
 <default><geom friction="{friction!r} 0.005 0.0001" solref="0.01 1" contype="1" conaffinity="2" condim="3"/></default>
 <worldbody>{floor}
 <body name="trunk" pos="0 0 {height!r}" euler="0 {lean!r} 0">{_trunk(rig, lean)}{trunk}{leg("left", _APART_M)}{leg("right", -_APART_M)}</body>

@@ -116,7 +116,8 @@ class Body:
         self._angles = np.array([joint.qposadr[0] for joint in joints])
         self._speeds = np.array([joint.dofadr[0] for joint in joints])
         self._feet = [self.model.body(f"{side}_shank").id for side in ("left", "right")]
-        self._trunk = {name: self.model.joint(name).qposadr[0] for name in ("x", "z", "pitch") if rig != "hung" and (name != "pitch" or rig == "free")}
+        free = {"hung": (), "boom": ("x", "z"), "free": ("x", "z", "pitch")}[rig]
+        self._trunk = {name: self.model.joint(name).qposadr[0] for name in free}
         pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
         self._held_lean = 0.0 if rig == "free" else math.radians(variation.pitch_deg)
         self._stand(pose, math.radians(variation.pitch_deg))

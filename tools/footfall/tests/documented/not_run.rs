@@ -131,6 +131,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         &[
             "cargo xtask setup",
             "pip install ./python",
+            "pip install \"./python[body]\"",
             "maturin build --locked --manifest-path python/Cargo.toml --out wheels",
             "cargo build --release -p footfall-c",
             "cc -I c/include c/examples/walk.c target/release/libfootfall_c.a -lm -lpthread -ldl -o target/walk",
@@ -138,6 +139,18 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "mkdir -p target/tool-links",
             "ln -sf /usr/lib/llvm-22/bin/lld target/tool-links/rust-lld",
             "env -u RUSTUP_TOOLCHAIN PATH=\"$PWD/target/tool-links:$PATH\" RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core,alloc CARGO_TARGET_DIR=target/thumb-debian /usr/bin/cargo build -p firmware --release --target thumbv7em-none-eabihf",
+        ],
+    ),
+    (
+        "needs MuJoCo, which the steps python and python-board install: their tests run the command",
+        &[
+            "python -m footfall.body --rig boom --secs 10",
+            "python -m footfall.body --rig boom --seeds 20 --picture walk.png",
+            "python -m footfall.body --rig hung",
+            "python -m footfall.body --rig boom --gait samples/generator.toml",
+            "python -m footfall.body size --robot person",
+            "python -m footfall.body --help",
+            "python -m footfall.body --elf firmware.elf --robot-record robot.bin",
         ],
     ),
     (
