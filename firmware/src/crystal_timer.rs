@@ -5,8 +5,6 @@ use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::pac::{RCC, TIM11};
 use firmware::crystal::{EDGES_A_CAPTURE, HSE_DIVIDER, INTERVALS, MeasuredHse, TIMEOUT_COUNTS};
 
-use crate::clocks;
-
 /// TIM11 has one channel.
 const CHANNEL: usize = 0;
 /// TI1_RMP of TIM11_OR (RM0090 19.5.12): HSE after the prescaler RTCPRE.
@@ -17,7 +15,8 @@ const PRESCALER: u8 = EDGES_A_CAPTURE.ilog2() as u8;
 /// and prescaler are as after a reset.
 pub(crate) fn measure() -> MeasuredHse {
     RCC.apb2enr().modify(|w| w.set_tim11en(true));
-    clocks::settle();
+    // As [`crate::clocks::settle`], which starts the clocks by this measurement.
+    cortex_m::asm::dsb();
     RCC.cfgr().modify(|w| w.set_rtcpre(HSE_DIVIDER));
     TIM11.or().write_value(HSE_TO_CHANNEL_1);
     TIM11.ccmr_input(0).write(|w| {

@@ -29,6 +29,7 @@ mod flash;
 mod gpio;
 mod iwdg;
 mod lint;
+mod measured_clock;
 mod memory_map;
 mod oscillator;
 mod pin;

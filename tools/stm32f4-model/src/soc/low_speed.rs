@@ -1,28 +1,8 @@
 //! What LSI clocks: the timeout of the watchdog; and the timers that measure a clock by captures (RM0090 7.2.11).
 
 use super::Soc;
+use crate::measured_clock::{Capture, MEASURED, Measured};
 use crate::oscillator::Oscillator;
-
-/// A clock that a timer can measure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Measured {
-    /// LSI, by channel 4 of TIM5.
-    Lsi,
-    /// HSE after the prescaler RTCPRE, by channel 1 of TIM11.
-    HseRtc,
-}
-
-/// The clocks, each with the timer that measures it.
-pub(super) const MEASURED: [(Measured, usize); 2] = [(Measured::Lsi, 5), (Measured::HseRtc, 11)];
-
-/// The next capture.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Capture {
-    /// Periods of the measured clock until then.
-    periods: f64,
-    /// Its cycle.
-    at: u64,
-}
 
 impl Soc {
     /// Gives LSI another frequency from now on, Hz; 0 stops it. It stays also after a reset.

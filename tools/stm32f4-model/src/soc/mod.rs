@@ -30,6 +30,7 @@ use crate::flash::{Flash, FlashOperation};
 use crate::gpio::Gpio;
 use crate::iwdg::Iwdg;
 use crate::lint::{Lint, LintKind};
+use crate::measured_clock::{Capture, MEASURED};
 use crate::oscillator::Oscillator;
 use crate::pin::Pin;
 use crate::pwr::Pwr;
@@ -39,7 +40,6 @@ use crate::supply::Supply;
 use crate::tim::{TIMERS, Timer};
 use crate::usart::{SERIAL_IN, Usart};
 
-use low_speed::{Capture, MEASURED};
 use pin_levels::Pins;
 
 /// Number of results kept for [`Soc::conversions`]; older ones are dropped.
