@@ -111,7 +111,7 @@ fn the_virtual_board_has_the_pins_of_the_boards() {
         let (pressed, open) = (board.button_pressed, !board.button_is_held);
         let wiring = format!(
             "const {name}: Wiring = Wiring {{\n    servos: [{servos}],\n    rail: {rail},\n    button: {button},\n    pressed: {pressed},\n    \
-             open: {open},\n}};"
+             open: {open},\n"
         );
         assert!(modelled.contains(&wiring), "tools/virtual-board/src/modelled_board.rs lacks\n{wiring}");
         assert!(modelled.contains(&format!("\"{}\"", board.name)), "{}", board.name);

@@ -7,6 +7,7 @@
 
 mod beside_c;
 mod board;
+mod counted;
 mod page;
 
 use std::fmt::Write as _;

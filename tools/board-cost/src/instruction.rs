@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn registers_of_addresses_are_told_from_data() {
+    fn registers_of_addresses_and_of_data_are_separate() {
         // ldr r0, [r1, r2]; vldr s1, [r3]
         let [load, float] = decode(&[0x5888, 0xEDD3, 0x0A00])[..] else { panic!("two instructions") };
         assert_eq!((load.addresses, load.writes), (Registers(0b110), Registers(1)));

@@ -92,7 +92,7 @@ fn is_late(before: &Instruction, this: &Instruction) -> bool {
     if !matches!(before.class, Class::Float { .. }) || !before.writes.meet(this.reads) {
         return false;
     }
-    // What is added to is read and written; it comes early enough, unless it is also a factor, which is rare and not told apart.
+    // What is added to is read and written; it comes early enough, unless it is also a factor, which is rare and counts the same.
     let only_added = matches!(this.class, Class::Float { accumulates: true, .. }) && before.writes == this.writes;
     !only_added
 }

@@ -22,7 +22,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result};
 
-use crate::unicorn::{FLASH, FLASH_SIZE};
+use crate::addresses::{FLASH, FLASH_SIZE};
 
 /// Bytes that are written to the file at a time.
 const BUFFER: usize = 1 << 20;

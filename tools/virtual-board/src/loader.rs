@@ -9,8 +9,9 @@ use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
 use object::{Endianness, Object as _, ObjectSymbol as _};
 use sha2::{Digest as _, Sha256};
 
+use crate::addresses::FLASH;
 use crate::modelled_board::ModelledBoard;
-use crate::unicorn::{FLASH, rams};
+use crate::unicorn::rams;
 
 /// A program: its flash contents and symbols.
 #[derive(Debug)]

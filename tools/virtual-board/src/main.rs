@@ -8,6 +8,7 @@
 //! wait states, bus contention or errata are modelled.
 #![forbid(unsafe_code)]
 
+mod addresses;
 mod board;
 mod campaign;
 mod console;

@@ -18,14 +18,11 @@ use unicorn_engine::{
     Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, UcHookId, Unicorn,
 };
 
+use crate::addresses::{FLASH, FLASH_SIZE};
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
 use crate::execution_trace::{self, Event, ExecutionTrace};
 use crate::nvic::Masks;
 
-/// Start address of flash.
-pub(crate) const FLASH: u32 = 0x0800_0000;
-/// Size of the largest flash of the modelled chips, bytes.
-pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
 /// Start and size in bytes of the RAM regions: SRAM, and the core-coupled memory.
 const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
 

@@ -53,7 +53,7 @@ pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folde
         };
         let mut network = json!({ "name": name, "steps": steps, "equal": equal, "fused_difference_1e9": difference });
         for (key, begin, end) in VARIANTS {
-            network[key] = super::board::row(&counted, &format!("{begin}{function}{end}"))?.clone();
+            network[key] = super::counted::row(&counted, &format!("{begin}{function}{end}"))?.clone();
         }
         networks.push(network);
     }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
+use super::counted::row;
 use super::{beside_c, page};
 use crate::board::{Board, Drive};
 use crate::setup::Need;
@@ -213,10 +214,4 @@ impl Programs {
         let text = shell::stdout_of(&mut count)?;
         serde_json::from_str(&text).context("reading the output of board-cost")
     }
-}
-
-/// The row of a part.
-pub(super) fn row<'a>(counted: &'a Value, part: &str) -> Result<&'a Value> {
-    let rows = counted["rows"].as_array().context("board-cost lists no parts")?;
-    rows.iter().find(|row| row["part"] == part).with_context(|| format!("board-cost lists no part `{part}`"))
 }

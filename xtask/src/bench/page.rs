@@ -11,7 +11,7 @@ pub(super) const PAGE: &str = "docs/performance.md";
 pub(super) const JSON: &str = "docs/performance.json";
 
 /// What stands before the tables.
-const HEAD: &str = include_str!("performance_head.md");
+const HEAD: &str = include_str!("performance_head.txt");
 
 /// The page, as Markdown.
 pub(super) fn page(result: &Value) -> Result<String> {
