@@ -275,7 +275,9 @@ fn after_a_reset_the_counters_restart_and_time_goes_on() {
     simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
     simulated.reset();
     simulated.walk(1);
-    simulated.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));
+    let resets = serde_json::json!([{ "t_s": 1.012, "cause": "iwdg" }]);
+    let injections = serde_json::json!([{ "kind": "hang", "injected_s": 1.0 }]);
+    simulated.end_as("time", serde_json::json!({ "resets": resets, "injections": injections }));
     let bench = Bench::plays(&simulated.lines);
     let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));

@@ -111,7 +111,7 @@ pub struct Judged {
 }
 
 /// A reset of the chip.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reset {
     /// Virtual time, s.
     pub t_s: f64,

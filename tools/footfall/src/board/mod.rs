@@ -2,6 +2,7 @@
 
 pub mod at_port;
 pub mod default_loop;
+mod explained;
 pub mod feed;
 pub mod host_copy;
 pub mod image;

@@ -1,7 +1,7 @@
 //! Runs the virtual board as a process: start, output, button, end.
 //!
 //! Two threads read its standard output and standard error until these are closed. Everything arrives in one queue, in order for each
-//! of the two.
+//! of the two; its end is reported after both, so that no message is lost.
 
 use crate::board::lines::{BoardLine, LineError, parse};
 use std::ffi::OsString;
@@ -26,7 +26,7 @@ pub enum Output {
     Malformed(LineError),
     /// A line of its standard error, for the user.
     Message(String),
-    /// Its output is closed.
+    /// Its output and its standard error are closed.
     Closed,
 }
 
@@ -107,22 +107,29 @@ impl BoardProcess {
         }
     }
 
-    /// Waits for the end of the process; kills it after the time limit.
+    /// Waits for the end of the process, and takes the messages that are left; kills it after the time limit.
     ///
     /// # Errors
     /// The operating system reports no status.
-    pub fn wait(&mut self) -> std::io::Result<ExitStatus> {
+    pub fn wait(&mut self) -> std::io::Result<(ExitStatus, Vec<String>)> {
         self.stdin = None;
         let deadline = Instant::now() + PATIENCE;
+        let mut messages = Vec::new();
+        // A board whose output is not read would block and never end.
+        while Instant::now() < deadline {
+            match self.next(Duration::from_millis(50)) {
+                Some(Output::Message(text)) => messages.push(text),
+                Some(Output::Line(_) | Output::Malformed(_)) | None => {}
+                Some(Output::Closed) => break,
+            }
+        }
         loop {
             if let Some(status) = self.child.try_wait()? {
-                return Ok(status);
+                return Ok((status, messages));
             }
             if Instant::now() >= deadline {
                 self.child.kill()?;
             }
-            // A board whose output is not read would block and never end.
-            while self.output.try_recv().is_ok() {}
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -148,7 +155,6 @@ fn read_lines(stdout: impl Read, send: &SyncSender<Output>) {
             return;
         }
     }
-    let _ = send.send(Output::Closed);
 }
 
 fn read_messages(stderr: impl Read, send: &SyncSender<Output>) {
@@ -173,7 +179,7 @@ mod tests {
         let mut board = shell(r#"echo '{"type":"status","t_s":0.1}'; echo junk; echo message >&2; exit 3"#);
         let (mut lines, mut malformed, mut messages) = (0, 0, 0);
         let mut closed = false;
-        while !(closed && messages == 1) {
+        while !closed {
             match board.next(Duration::from_secs(20)).expect("in time") {
                 Output::Line(BoardLine::Status { t_s }) => lines += usize::from(t_s == 0.1),
                 Output::Malformed(error) => malformed += usize::from(error.line == "junk"),
@@ -182,7 +188,17 @@ mod tests {
                 Output::Line(other) => panic!("{other:?}"),
             }
         }
-        assert_eq!((lines, malformed, board.wait().unwrap().code()), (1, 1, Some(3)));
+        assert_eq!((lines, malformed, messages, board.wait().unwrap().0.code()), (1, 1, 1, Some(3)));
+    }
+
+    #[test]
+    fn a_message_after_the_end_of_the_output_is_not_lost() {
+        let mut board = shell("exec 1>&-; sleep 0.3; echo late >&2; exit 2");
+        let (status, messages) = board.wait().unwrap();
+        assert_eq!((status.code(), messages), (Some(2), vec!["late".to_owned()]));
+        let board = shell("exec 1>&-; sleep 0.3; echo late >&2");
+        assert!(matches!(board.next(Duration::from_secs(20)), Some(Output::Message(text)) if text == "late"));
+        assert!(matches!(board.next(Duration::from_secs(20)), Some(Output::Closed)));
     }
 
     #[test]

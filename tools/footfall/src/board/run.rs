@@ -17,13 +17,16 @@ use joint_loop::{Cause, SENSORS};
 use joint_units::AdcCode;
 use serde::Serialize;
 use std::collections::VecDeque;
-use wire::{Boot, Cost, Edge, Environment, Frame, Inputs, Record};
+use wire::{Boot, Cost, Edge, Environment, Frame, Inputs, Record, Subject};
 
 /// Calls of the loop between two frames.
 pub const CALLS_A_FRAME: u32 = wire::CALLS as u32;
 
 /// Rows that wait for their inputs: more than the board's queues hold.
 const WAITING: usize = 32;
+
+/// Without a frame for longer than this, in virtual seconds, the state of the board is unknown. Frames are 10 ms apart.
+const SILENT_S: f64 = 0.15;
 
 /// Number of differences that are kept.
 const KEPT_DIFFERENCES: usize = 10;
@@ -138,6 +141,24 @@ pub struct Following {
     pub locked_at_s: Option<f64>,
 }
 
+/// When a board was last heard, in virtual seconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Heard {
+    /// The last frame; `None`: none has come.
+    pub frame_at_s: Option<f64>,
+    /// The last boot.
+    pub boot_at_s: f64,
+}
+
+impl Heard {
+    /// Since when no frame has come, in virtual seconds, if that is longer ago than frames are apart; 0 if none has come at all.
+    #[must_use]
+    pub fn silent_since_s(self, t_s: f64) -> Option<f64> {
+        let frame_at_s = self.frame_at_s.unwrap_or(0.0);
+        (t_s - frame_at_s.max(self.boot_at_s) > SILENT_S).then_some(frame_at_s)
+    }
+}
+
 /// Counters of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Counters {
@@ -159,14 +180,24 @@ pub struct Counters {
     pub differences: Vec<Difference>,
     /// Calls that the host's copy ran, over all boots.
     pub calls: u64,
-    /// The last frame.
+    /// The last frame since the last boot.
     pub last: Option<Frame>,
+    /// Ticks that began late before the last boot.
+    pub late_before: u64,
+    /// Control periods without a tick before the last boot.
+    pub missed_before: u64,
+    /// When the board was last heard.
+    pub heard: Heard,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
+    /// When the log gave this cause, in virtual seconds.
+    pub cause_at_s: f64,
     /// The supervisor was in a state in which the outputs are on.
     pub has_armed: bool,
     /// Why the board refused to arm or to start, in its words; the last one.
     pub refused: Option<String>,
+    /// Why the board refused to start since the last boot, in its words: its outputs stay off.
+    pub not_started: Option<String>,
     /// The board's outputs are off (shadow mode).
     pub shadow: bool,
     /// State of a follower; `None` for other generators.
@@ -178,6 +209,27 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// Takes a boot: what is known of the one before is no longer the state of the board.
+    fn restart(&mut self, t_s: f64) {
+        self.late_before = self.late_ticks();
+        self.missed_before = self.missed_ticks();
+        self.boots += 1;
+        self.heard.boot_at_s = t_s;
+        (self.last, self.hashes, self.not_started) = (None, None, None);
+    }
+
+    /// Ticks that began late, of all boots.
+    #[must_use]
+    pub fn late_ticks(&self) -> u64 {
+        self.late_before + self.last.map_or(0, |frame| frame.late.into())
+    }
+
+    /// Control periods without a tick, of all boots.
+    #[must_use]
+    pub fn missed_ticks(&self) -> u64 {
+        self.missed_before + self.last.map_or(0, |frame| frame.missed.into())
+    }
+
     /// Takes load and reserves of a second.
     fn add(&mut self, cost: Cost) {
         let worst = self.cost.unwrap_or(cost);
@@ -279,7 +331,7 @@ impl<'t> BoardRun<'t> {
     fn restart(&mut self, t_s: f64, events: &mut Vec<Event>) {
         self.settle_all(events);
         self.decoder.restart();
-        self.counters.boots += 1;
+        self.counters.restart(t_s);
         self.began_s = t_s;
         self.replay = None;
         self.last_seq = 0;
@@ -309,10 +361,16 @@ impl<'t> BoardRun<'t> {
                     self.begin_replay(&boot);
                 }
                 Record::Change(change) => {
-                    self.counters.cause = change.cause;
+                    (self.counters.cause, self.counters.cause_at_s) = (change.cause, t_s);
                     self.counters.has_armed |= change.state.moving();
                 }
-                Record::Refused(refused) => self.counters.refused = Some(refused.reason.as_str().into()),
+                Record::Refused(refused) => {
+                    let reason = Some(refused.reason.as_str().into());
+                    if refused.subject != Subject::Arming {
+                        self.counters.not_started.clone_from(&reason);
+                    }
+                    self.counters.refused = reason;
+                }
                 Record::Frame(frame) => self.tick(t_s, frame, events),
                 Record::Inputs(inputs) => self.inputs(&inputs, events),
                 Record::Edge(edge) => events.push(Event::Edge(edge)),
@@ -342,7 +400,7 @@ impl<'t> BoardRun<'t> {
         let calls = tick.seq.wrapping_sub(self.last_seq);
         self.counters.lost_lines += u64::from((calls / CALLS_A_FRAME).saturating_sub(1));
         self.last_seq = tick.seq;
-        self.counters.last = Some(tick);
+        (self.counters.last, self.counters.heard.frame_at_s) = (Some(tick), Some(t_s));
         events.push(Event::Tick { t_s, tick });
         self.waiting.push_back(tick);
         self.settle(WAITING, events);

@@ -1,10 +1,11 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
+use crate::board::explained::Injected;
 use crate::board::lines::{End, Judged, Reset};
 use crate::board::run::{Counters, Following};
 use joint_loop::Cause;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use wire::Cost;
 
 /// The result of a run.
@@ -18,21 +19,29 @@ pub struct RunResult {
     pub reason: String,
     /// Control periods since the last boot, from the last tick record.
     pub ticks: u32,
-    /// Ticks that began late, since the last boot.
-    pub late_ticks: u32,
-    /// Control periods without a tick, since the last boot.
-    pub missed_ticks: u32,
+    /// Ticks that began late, of all boots.
+    pub late_ticks: u64,
+    /// Control periods without a tick, of all boots.
+    pub missed_ticks: u64,
     /// Load and reserves, by the board: the longest tick and the latest start of all seconds, all else of the last one; null in the first
     /// second.
     pub cost: Option<Cost>,
-    /// State of the supervisor.
+    /// State of the supervisor; `unknown` if no frame has come for longer than frames are apart, or none since the last boot.
     pub state: &'static str,
+    /// Since when no frame has come, in virtual seconds; null while they come.
+    pub no_frame_since_s: Option<f64>,
     /// Cause of its last change.
     pub cause: &'static str,
+    /// When the log gave this cause, in virtual seconds.
+    pub cause_at_s: f64,
     /// The board was armed, or in a trim, at some time.
     pub has_armed: bool,
     /// Why the board refused to arm or to start, in its words; the last one.
     pub refused: Option<String>,
+    /// Why the board refused to start in its last boot; null if it did not.
+    pub not_started: Option<String>,
+    /// When that boot was, in virtual seconds.
+    pub boot_at_s: f64,
     /// Shortest and longest pulse at each servo's pin, in microseconds: left hip, right hip, left knee, right knee.
     pub pulse_us: [Option<[f64; 2]>; 4],
     /// Edges of servo pins before the first arming after a reset.
@@ -50,7 +59,7 @@ pub struct RunResult {
     /// Boots, the first one included.
     pub boots: u32,
     /// Resets after power-on.
-    pub resets: Vec<Value>,
+    pub resets: Vec<Reset>,
     /// Injected faults and their effects.
     pub injections: Vec<Value>,
     /// Hash of all setpoints of the last boot, by the board.
@@ -93,19 +102,25 @@ impl RunResult {
             (0, 0, None) => "not known: the log has no frames".into(),
             (0, 1.., None) => "equal".into(),
         };
-        let reset = |reset: &Reset| json!({ "t_s": reset.t_s, "cause": reset.cause });
+        let t_s = end.map_or(0.0, |end| end.t_s);
+        let no_frame_since_s = counters.heard.silent_since_s(t_s);
+        let heard = last.filter(|_| no_frame_since_s.is_none());
         Self {
             r#type: "end",
-            t_s: end.map_or(0.0, |end| end.t_s),
+            t_s,
             reason: end.map_or("the virtual board ended without its last line".into(), |end| end.reason.clone()),
             ticks: last.map_or(0, |tick| tick.tick),
-            late_ticks: last.map_or(0, |tick| tick.late),
-            missed_ticks: last.map_or(0, |tick| tick.missed),
+            late_ticks: counters.late_ticks(),
+            missed_ticks: counters.missed_ticks(),
             cost: counters.cost,
-            state: last.map_or("unknown", |tick| tick.state.name()),
+            state: heard.map_or("unknown", |tick| tick.state.name()),
+            no_frame_since_s,
             cause: counters.cause.name(),
+            cause_at_s: counters.cause_at_s,
             has_armed: counters.has_armed,
             refused: counters.refused.clone(),
+            not_started: counters.not_started.clone(),
+            boot_at_s: counters.heard.boot_at_s,
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),
             edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
             edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
@@ -114,7 +129,7 @@ impl RunResult {
             lints: end.map_or(vec![], |end| end.lints.clone()),
             unexpected_faults: end.map_or(0, |end| end.unexpected_faults),
             boots: counters.boots,
-            resets: end.map_or(vec![], |end| end.resets.iter().map(reset).collect()),
+            resets: end.map_or(vec![], |end| end.resets.clone()),
             injections: end.map_or(vec![], |end| end.injections.clone()),
             setpoint_hash: counters.hashes.map(|(board, _)| board).or(last.map(|tick| tick.setpoint_hash)).map(hex),
             host_replay_hash: counters.hashes.filter(|_| counters.why_not.is_none()).map(|(_, host)| hex(host)),
@@ -150,6 +165,13 @@ impl RunResult {
         Some(format!("outputs never on: {}{why}", if self.has_armed { "" } else { "the board was never armed; " }))
     }
 
+    /// Since when no frame has come, in words; `None` if they came to the end.
+    #[must_use]
+    pub fn silence(&self) -> Option<String> {
+        self.no_frame_since_s
+            .map(|since| format!("no frame came since {since:.3} s, the state of the board is unknown"))
+    }
+
     /// The faults of the run in words; empty if it was sound.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
@@ -168,10 +190,19 @@ impl RunResult {
         when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
         let Judged { violations, first, .. } = &self.judged;
         when(*violations > 0, format!("{violations} pulses that no servo may get: {}", first.join("; ")));
-        // An injected fault is meant to end the motion.
+        let injected = Injected(&self.injections);
+        for reset in &self.resets {
+            let Reset { t_s, cause } = reset;
+            when(!injected.explain_reset(*t_s), format!("the board was reset at {t_s:.3} s, cause {cause}"));
+        }
         let moves = matches!(self.state, "arming" | "walking");
-        let asked = matches!(self.cause, "none" | "button") || !self.injections.is_empty();
+        let asked = matches!(self.cause, "none" | "button") || injected.explain_cause(self.cause, self.cause_at_s);
         when(!moves && !asked, format!("the motion ended: {}, cause {}", self.state, self.cause));
+        if let Some(reason) = &self.not_started {
+            when(!injected.explain_refusal(self.boot_at_s), format!("the board refused to start: {reason}"));
+        } else if let Some(words) = self.silence() {
+            when(!injected.explain_silence(self.t_s), words);
+        }
         when(self.different_lines > 0, format!("board and host differ: {}", self.differences.join("; ")));
         when(self.malformed_frames > 0, format!("{} malformed frames in the log", self.malformed_frames));
         faults

@@ -10,6 +10,9 @@ use wire::{Frame, Reading};
 #[must_use]
 pub fn line(view: &View) -> String {
     let t_s = view.t_s;
+    if let Some(since) = view.silent_since_s() {
+        return format!("{t_s:8.3} s  no frame since {since:.3} s, state unknown");
+    }
     let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no frame yet") };
     let Frame { tick: n, state, late, missed, .. } = tick;
     let [s0, s1, s2, s3] = tick.setpoints_deg();
@@ -38,7 +41,10 @@ pub fn line(view: &View) -> String {
 /// The present state as an object.
 #[must_use]
 pub fn object(view: &View) -> Value {
-    let Some(tick) = &view.last else { return json!({ "type": "tick", "t_s": view.t_s, "state": null }) };
+    let silent = view.silent_since_s();
+    let Some(tick) = view.last.as_ref().filter(|_| silent.is_none()) else {
+        return json!({ "type": "tick", "t_s": view.t_s, "state": null, "no_frame_since_s": silent });
+    };
     json!({
         "type": "tick",
         "t_s": view.t_s,
@@ -108,6 +114,7 @@ pub fn result(result: &RunResult) -> String {
     let pulses: Vec<String> = result.pulse_us.iter().map(servo).collect();
     let none = || "-".to_owned();
     let dark = result.never_on().map_or(String::new(), |why| format!("{why}\n"));
+    let silence = result.silence().map_or(String::new(), |words| format!("{words}\n"));
     let shadow = if result.shadow { "shadow mode, outputs off; " } else { "" };
     let following = result.following.as_ref().map_or(String::new(), |following| {
         let first = following.locked_at_s.map_or("never locked".into(), |at| format!("first locked at {at:.2} s"));
@@ -117,7 +124,7 @@ pub fn result(result: &RunResult) -> String {
         "ran {:.3} virtual seconds ({}), {} boot(s), state {}\n\
          ticks {}, late {}, missed {}; unmodelled accesses {}\n\
          {shadow}pulses {} us (left hip, right hip, left knee, right knee); edges before arming {}, after disarming {}\n\
-         setpoint hash: board {}, host {}: {}; {} lines and {} calls replayed, {} lines lost\n{dark}{following}",
+         setpoint hash: board {}, host {}: {}; {} lines and {} calls replayed, {} lines lost\n{dark}{silence}{following}",
         result.t_s,
         result.reason,
         result.boots,

@@ -80,8 +80,10 @@ fn keys(view: &View) -> &'static str {
 }
 
 fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
-    let tick = view.last.as_ref();
+    let silent = view.silent_since_s();
+    let tick = view.last.as_ref().filter(|_| silent.is_none());
     let state = tick.map(|tick| tick.state);
+    let none = silent.map_or("no frame yet".into(), |since| format!("no frame since {since:.2} s"));
     let colour = match state {
         Some(SupervisorState::Walking) => Color::Green,
         Some(SupervisorState::Arming | SupervisorState::Stopping) => Color::Yellow,
@@ -101,7 +103,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let first = Line::from(vec![
         Span::raw(" "),
         Span::styled(
-            format!(" {} ", state.map_or("no frame yet", SupervisorState::name)),
+            format!(" {} ", state.map_or(none, |state| state.name().to_owned())),
             Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD),
         ),
         Span::raw(format!(

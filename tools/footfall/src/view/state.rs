@@ -1,6 +1,6 @@
 //! The present state of a run, for a screen or a line of text.
 
-use crate::board::run::{Counters, Event};
+use crate::board::run::{Counters, Event, Heard};
 use crate::line_fit::line_fit;
 use crate::view::tuning::Tuning;
 use joint_loop::SENSORS;
@@ -98,6 +98,8 @@ pub struct View {
     pub t_s: f64,
     /// The last frame of this boot.
     pub last: Option<Frame>,
+    /// When the board was last heard.
+    pub heard: Heard,
     /// The points of the charts.
     pub past: VecDeque<Point>,
     /// Pulses at the pins in the last servo period, in microseconds; `None` while the outputs are off.
@@ -132,12 +134,13 @@ impl View {
                 self.advance(*t_s);
                 (self.boots, self.boot_cause) = (self.boots + 1, cause.clone());
                 (self.last, self.cost, self.environment) = (None, None, None);
+                self.heard.boot_at_s = *t_s;
                 self.past.clear();
                 self.note(format!("{t_s:9.3} s  boot: {cause}"));
             }
             Event::Tick { t_s, tick } => {
                 self.advance(*t_s);
-                self.last = Some(*tick);
+                (self.last, self.heard.frame_at_s) = (Some(*tick), Some(*t_s));
                 let measured = tick.sensors.map(|sensor| sensor.map_or(0.0, |sensor| sensor.angle_deg()));
                 let set = tick.setpoints_deg();
                 let present = tick.sensors.iter().flatten();
@@ -164,6 +167,13 @@ impl View {
             Event::Ended(end) => self.advance(end.t_s),
         }
         self.counters.clone_from(counters);
+    }
+
+    /// Since when a virtual board has sent no frame, in virtual seconds; `None` while they come. Of a board that runs by itself the connection
+    /// is reported.
+    #[must_use]
+    pub fn silent_since_s(&self) -> Option<f64> {
+        self.heard.silent_since_s(self.t_s).filter(|_| self.watched == Watched::Virtual)
     }
 
     /// State of the follower in a few words; `None` for other generators.

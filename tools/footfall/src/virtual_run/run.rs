@@ -35,6 +35,9 @@ const FRAME: Duration = Duration::from_millis(33);
 /// How long the board may take for its last line after it was asked to end.
 const LAST_LINE: Duration = Duration::from_secs(10);
 
+/// Exit code of the virtual board for wrong input, such as a script that it cannot read.
+const WRONG_INPUT: i32 = 2;
+
 /// Runs the image. `interrupt` is set by a signal that asks the run to end.
 ///
 /// # Errors
@@ -45,11 +48,14 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     if settings.robot_file.is_none() {
         messages::status("robot: the record of the default robot is written to the board; --robot writes another");
     }
-    if tests_stop(settings) {
-        messages::status(format_args!(
-            "emergency stop: pressed and released at {STOP_TEST_AT_S} s; without this test after each boot a board does not arm"
-        ));
-    }
+    messages::status(format_args!(
+        "emergency stop: {}; without this test after each boot a board does not arm",
+        if tests_stop(settings) {
+            format!("pressed and released at {STOP_TEST_AT_S} s")
+        } else {
+            format!("only as the options after `--` say, which replace its press and release at {STOP_TEST_AT_S} s")
+        }
+    ));
     if let Some(path) = &settings.generator {
         messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }
@@ -96,6 +102,10 @@ struct Run<'t> {
     result: Option<RunResult>,
     /// The error that ended the run early.
     error: Option<Failure>,
+    /// What the virtual board's program wrote to its standard error.
+    messages: Vec<String>,
+    /// The exit code of the virtual board's program is 1, though its last line came.
+    failed: bool,
 }
 
 impl<'t> Run<'t> {
@@ -115,7 +125,17 @@ impl<'t> Run<'t> {
         view.pulse_limits_us = Some(parameters.robot.servos.map(|servo| [servo.shortest.0, servo.longest.0]));
         let board_run = BoardRun::new(&prepared.image, parameters.clone());
         let tuned = settings.tune.then(Tuned::default);
-        Ok(Self { board_run, view, publisher, capture, tuned, result: None, error: None })
+        Ok(Self {
+            board_run,
+            view,
+            publisher,
+            capture,
+            tuned,
+            result: None,
+            error: None,
+            messages: vec![],
+            failed: false,
+        })
     }
 
     /// Takes one output of the board; returns the events, or `None` after the last output.
@@ -140,7 +160,10 @@ impl<'t> Run<'t> {
                 self.error = Some(Failure::run(error));
                 return None;
             }
-            Output::Message(text) => vec![Event::Remark { kind: "message".into(), text }],
+            Output::Message(text) => {
+                self.messages.push(text.clone());
+                vec![Event::Remark { kind: "message".into(), text }]
+            }
             Output::Closed => return None,
         };
         for event in &events {
@@ -180,12 +203,21 @@ impl<'t> Run<'t> {
             );
         }
         self.result = Some(result);
-        let status = board.wait().map_err(Failure::run)?;
-        if !complete && self.error.is_none() {
+        let (status, messages) = board.wait().map_err(Failure::run)?;
+        self.messages.extend(messages);
+        self.failed = status.code() == Some(1);
+        if status.code() == Some(WRONG_INPUT) && self.error.is_none() {
+            self.error = Some(Failure::input(self.words_of_board("the virtual board refused its input")));
+        } else if !complete && self.error.is_none() {
             let words = format!("the virtual board ended without its last line ({status}); {}", self.last_log_line());
-            self.error = Some(Failure::run(words));
+            self.error = Some(Failure::run(self.words_of_board(&words)));
         }
         Ok(())
+    }
+
+    /// These words, and what the virtual board's program wrote to its standard error.
+    fn words_of_board(&self, words: &str) -> String {
+        if self.messages.is_empty() { words.into() } else { format!("{words}: {}", self.messages.join("\n")) }
     }
 
     /// The last log line, which often has the reason of the end.
@@ -204,7 +236,10 @@ impl<'t> Run<'t> {
         };
         // A closed pipe is no error here.
         let _ = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
-        let faults = result.faults();
+        let mut faults = result.faults();
+        if self.failed && faults.is_empty() {
+            faults.push(self.words_of_board("the virtual board ended with exit code 1"));
+        }
         if faults.is_empty() {
             Ok(())
         } else {

@@ -8,7 +8,7 @@ use footfall::board::telemetry::printed;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
 use joint_loop::store::{robot_record, sensor_record};
-use joint_loop::{BoardFaults, RecordName, RobotConfig, Sample, WatchdogHz};
+use joint_loop::{BoardFaults, RecordName, RobotConfig, SENSORS, Sample, WatchdogHz};
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -17,6 +17,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
 use wire::{Boot, Call, Frame, Inputs, Record, RecordId, Reset};
+
+/// What a board gives its loop in a tick.
+type BoardSample = Sample<SENSORS>;
 
 /// Where the one format string, `{=str}` at level info, lies in the log table.
 const INDEX: u16 = 1;
@@ -166,6 +169,26 @@ impl SimulatedBoard {
 
     /// Ticks, with the button held or not; each as the board would tell it.
     pub(crate) fn tick(&mut self, ticks: u32, button: bool) {
+        self.tick_with(ticks, button, |_| {});
+    }
+
+    /// No frame comes for so long; the virtual board goes on.
+    pub(crate) fn silent(&mut self, ms: u32) {
+        for _ in 0..ms {
+            self.t_ms += 1;
+            if self.t_ms.is_multiple_of(100) {
+                self.line(json!({ "type": "status", "t_s": self.t_s(), "armed": false }));
+            }
+        }
+    }
+
+    /// Late ticks that the board has counted since its boot.
+    pub(crate) fn late(&self) -> u32 {
+        Frame::from(&self.joints.frame()).late
+    }
+
+    /// The same, with changed samples.
+    pub(crate) fn tick_with(&mut self, ticks: u32, button: bool, changed: impl Fn(&mut BoardSample)) {
         for _ in 0..ticks {
             let knee = 2200.0 + 500.0 * (f64::from(self.t_ms) * 0.0057).sin();
             let vrefint = AdcCode(1652);
@@ -175,7 +198,8 @@ impl SimulatedBoard {
             let faults = if is_test { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
             // At its first tick a board has measured the clock of its watchdog.
             let watchdog_clock = (self.joints.frame().tick == 0).then_some(WatchdogHz(32_000));
-            let sample = Sample { codes, vrefint, button, faults, watchdog_clock, ..Sample::default() };
+            let mut sample = Sample { codes, vrefint, button, faults, watchdog_clock, ..Sample::default() };
+            changed(&mut sample);
             let command = self.joints.tick(&sample);
             self.calls.push(Call::of(&sample, 1));
             self.t_ms += 1;
