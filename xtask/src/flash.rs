@@ -58,7 +58,9 @@ impl Options {
     /// The sectors that are written, and those that are kept.
     fn sectors(&self) -> (Vec<(Sector, Content)>, Vec<Sector>) {
         let generator = self.generator.as_ref().map(|file| vec![file.into()]);
-        let sensors = self.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
+        let sensors = self.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]);
+        // `pack` refuses a calibration that this board refuses.
+        let sensors = sensors.chain(["--board".into(), self.board.feature().into()]).collect();
         let sensors: Option<Vec<OsString>> = (!self.sensor.is_empty()).then_some(sensors);
         let robot = self.robot.as_ref().map(|file| vec!["--robot".into(), file.into()]);
         let (mut written, mut kept) = (Vec::new(), Vec::new());
@@ -159,7 +161,7 @@ mod tests {
         assert_eq!(sectors("--generator g.toml")[..2], ["generator g.toml", default[1]]);
         assert_eq!(sectors("--robot r.toml --keep")[0], "robot --robot r.toml");
         let two = "--keep --sensor left_hip=h.toml --sensor left_knee";
-        assert_eq!(sectors(two)[0], "sensors --sensor left_hip=h.toml --sensor left_knee");
+        assert_eq!(sectors(two)[0], "sensors --sensor left_hip=h.toml --sensor left_knee --board f4-discovery");
     }
 
     /// The options as a command line.

@@ -16,7 +16,7 @@ const READINGS: u32 = 3;
 /// Volts at an angle in degrees: nearly a straight line, as a potentiometer's.
 pub(super) fn volts(angle_deg: f64) -> f64 {
     let part = (angle_deg - f64::from(*ANGLES_DEG.start())) / f64::from(ANGLES_DEG.end() - ANGLES_DEG.start());
-    0.35 + 2.3 * part + 0.3 * part * (1.0 - part)
+    0.35 + 2.25 * part + 0.3 * part * (1.0 - part)
 }
 
 /// Known angles and volts, up and down.

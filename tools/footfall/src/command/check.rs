@@ -8,6 +8,8 @@ mod recording;
 use crate::command::fit::job::Job;
 use crate::failure::Failure;
 use crate::file::recording::ReadSettings;
+use crate::file::recording::SensorCalibration;
+use crate::options::board_supply::BoardSupply;
 use crate::options::reading::Reading;
 use clap::Args;
 use gait_fit::fit::Settings;
@@ -37,6 +39,9 @@ pub struct Options {
     /// How recordings are read; the sensor file that --calibration names is checked too
     #[command(flatten)]
     pub reading: Reading,
+    /// The board that is to take the sensor file
+    #[command(flatten)]
+    pub board: BoardSupply,
     /// Call no recording with a warning good: the exit code is 1
     #[arg(long)]
     pub strict: bool,
@@ -67,7 +72,7 @@ impl Results {
 /// # Errors
 /// The errors of all wrong files, one a line.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { bare, trace, robot, generator, record, reading, strict } = options;
+    let Options { bare, trace, robot, generator, record, reading, board, strict } = options;
     if let Some(file) = bare.first() {
         let file = file.display();
         return Err(Failure::input(format!(
@@ -83,7 +88,10 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let mut results = Results::default();
     match reading.settings(LowPass::Customary) {
         Ok(reading) => {
-            reading.calibration.iter().for_each(|sensor| results.take(Ok(sensor_file(sensor))));
+            let is_for_recordings = !trace.is_empty();
+            for sensor in &reading.calibration {
+                results.take(sensor_file(sensor, &board, is_for_recordings));
+            }
             let job = job(reading, strict);
             for path in &trace {
                 let (report, result) = recording::check(path, &job);
@@ -122,10 +130,16 @@ pub fn run(options: Options) -> Result<(), Failure> {
     }
 }
 
-fn sensor_file(sensor: &crate::file::recording::SensorCalibration) -> String {
+/// One line about a sensor file. What reads a recording of volts needs no board that takes it, but that is said.
+fn sensor_file(sensor: &SensorCalibration, board: &BoardSupply, is_for_recordings: bool) -> Result<String, Failure> {
     let (least, most) = sensor.curve.span();
     let (path, points) = (sensor.path.display(), sensor.curve.points().len());
-    format!("{path}: good: {points} points, {:.1} to {:.1} degrees", least.degrees(), most.degrees())
+    let good = format!("{path}: good: {points} points, {:.1} to {:.1} degrees", least.degrees(), most.degrees());
+    match board.check(&sensor.path) {
+        Ok(()) => Ok(good),
+        Err(refused) if is_for_recordings => Ok(format!("{good}, for recordings only: {refused}")),
+        Err(refused) => Err(refused),
+    }
 }
 
 /// The fit that a recording must pass: of the shape, as the other generators are replaced by it where they fail.

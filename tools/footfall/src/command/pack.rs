@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::messages;
+use crate::options::board_supply::BoardSupply;
 use crate::options::overwrite::Overwrite;
 use crate::options::record_name;
 use crate::options::sensors::SensorArgument;
@@ -37,6 +38,9 @@ pub struct Options {
     /// The record to write
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// The board that is to take the sensors
+    #[command(flatten)]
+    pub board: BoardSupply,
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
@@ -73,6 +77,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return write(path, "the robot", &name, record.bytes(), record.crc(), ROBOT_SECTOR);
     }
     let Some(params) = &options.params else {
+        options
+            .sensor
+            .iter()
+            .filter_map(|sensor| sensor.calibration.as_deref())
+            .try_for_each(|file| options.board.check(file))?;
         let (sensors, path) = (SensorArgument::read_all(&options.sensor)?, options.out.as_ref());
         let name = options.name.unwrap_or_else(|| record_name::of_sensors(&options.sensor));
         let record = sensor_record::record_of(&sensors, &name);

@@ -153,6 +153,14 @@ pub fn read(path: &Path) -> Result<WiredSensor, FileError> {
     parse(&TomlFile::read(path)?)
 }
 
+/// An error at a field of a file that was read before, with its line.
+#[must_use]
+pub fn error_at(path: &Path, field: &str, problem: Problem) -> FileError {
+    let error = |file: TomlFile| file.top(HELP).map(|top| top.error(field, problem));
+    // A file that can no longer be read says so.
+    TomlFile::read(path).and_then(error).unwrap_or_else(|unreadable| unreadable)
+}
+
 /// Reads a text.
 ///
 /// # Errors
