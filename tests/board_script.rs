@@ -17,6 +17,9 @@ fn main() -> ExitCode {
         a_torn_record_keeps_the_board_dark(Image),
         a_memory_of_any_content_boots_disarmed(Image),
         a_wrong_script_names_its_line(Image),
+        events_that_overlap_are_refused_with_both_names(Image),
+        an_event_that_does_not_come_is_named_and_fails_the_run(Image),
+        a_phase_of_a_timer_that_stands_is_not_waited_for(Image),
     ])
 }
 
@@ -129,6 +132,75 @@ fn a_memory_of_any_content_boots_disarmed() {
     }
 }
 
+/// The exit code and the messages of a run of 0.4 s with a script, with the default robot and an emergency stop that is tested.
+fn judged(script: &str) -> (Option<i32>, String, Vec<u8>) {
+    let path = |name: &str| std::env::var_os(name).unwrap_or_else(|| panic!("{name}"));
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), script).expect("written");
+    let output = Command::new(path("FOOTFALL_VIRTUAL_BOARD"))
+        .arg(path("FOOTFALL_ELF"))
+        .args(["--secs", "0.4", "--script"])
+        .arg(file.path())
+        .output()
+        .expect("the virtual board starts");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), output.stdout)
+}
+
+fn events_that_overlap_are_refused_with_both_names() {
+    let two = |one: &str, two: &str| format!("[[event]]\nname = \"a\"\n{one}\n[[event]]\nname = \"b\"\n{two}\n");
+    let volts = "inject = { volts = { pin = \"PA1\", volts = 1.0 } }";
+    let slow = "inject = { slow = 2.0 }";
+    for (script, words) in [
+        // Their times are known before the run.
+        (
+            two(&format!("at_s = 0.1\n{volts}\nfor_ms = 50"), &format!("at_s = 0.12\n{volts}")),
+            Some("on the pin PA1, 0.12"),
+        ),
+        (
+            two("at_s = 0.1\ninject = { vdd = 2.9 }", "at_s = 0.2\ninject = { supply = 2.9 }\nfor_ms = 5"),
+            Some("on the supply, 0.2"),
+        ),
+        // They are known only in the run.
+        (
+            two(&format!("at_s = 0.1\n{slow}\nfor_ms = 200"), &format!("on = \"boot\"\nafter_ms = 150\n{slow}")),
+            Some("on the speed of the core at 0.15"),
+        ),
+        (two(&format!("at_s = 0.1\n{volts}\nfor_ms = 50"), &format!("at_s = 0.15\n{volts}\nfor_ms = 50")), None),
+        (two(&format!("at_s = 0.1\n{volts}\nfor_ms = 50"), &format!("at_s = 0.12\n{slow}\nfor_ms = 50")), None),
+        (two(&format!("at_s = 0.1\n{volts}"), &format!("at_s = 0.2\n{volts}")), None),
+    ] {
+        let (code, error, _) = judged(&script);
+        assert_eq!(code, Some(if words.is_some() { 2 } else { 0 }), "{script}: {error}");
+        let named =
+            words.is_none_or(|words| ["`a` (line 1)", "`b` (line", words].iter().all(|part| error.contains(part)));
+        assert!(named, "{script}: {error}");
+    }
+    let (code, error, _) = judged(&format!("[[event]]\nat_s = 0.1\nevery_ms = 5\ntimes = 3\nfor_ms = 6\n{slow}\n"));
+    assert!(code == Some(2) && error.contains("`slow` (line 1) overlaps itself"), "{error}");
+}
+
+fn an_event_that_does_not_come_is_named_and_fails_the_run() {
+    for (moment, words) in [
+        ("at_s = 9", "`crystal` (line 2): it was due at 9 s, and the run ended at 0.4"),
+        ("on = \"armed\"\ncount = 2", "`crystal` (line 2): its moment did not come: on = \"armed\", count = 2"),
+        ("tick = 100000", "`crystal` (line 2): its moment did not come: call = \"control_step\", count = 100000"),
+        ("on = \"boot\"\nafter_ms = 700", "`crystal` (line 2): it was due at 0.7"),
+    ] {
+        let (code, error, _) = judged(&format!("\n[[event]]\n{moment}\ninject = \"crystal\"\n"));
+        assert_eq!(code, Some(1), "{moment}: {error}");
+        assert!(error.contains("the run did not show the event") && error.contains(words), "{moment}: {error}");
+    }
+}
+
+fn a_phase_of_a_timer_that_stands_is_not_waited_for() {
+    // At the power-on the timer of the servo frames has no clock.
+    let (code, error, output) = judged("[[event]]\nat_s = 0.0\nphase_us = 500\ninject = { vdd = 2.9 }\nfor_ms = 5\n");
+    assert_eq!(code, Some(0), "{error}");
+    assert!(error.contains("`vdd` (line 1) does not wait for its phase_us: the servo timer stands at 0"), "{error}");
+    let output = String::from_utf8_lossy(&output);
+    assert!(output.contains(r#""lints":[]"#) && output.contains(r#""kind":"vdd""#), "no access of the program's");
+}
+
 fn a_wrong_script_names_its_line() {
     let path = |name: &str| std::env::var_os(name).unwrap_or_else(|| panic!("{name}"));
     let file = tempfile::NamedTempFile::new().expect("a file");
@@ -138,6 +210,16 @@ fn a_wrong_script_names_its_line() {
         ("\n[[event]]\ninject = \"panic\"\n", &["line 2", "one moment: at_s, tick, call or on"]),
         ("[[event]]\ncall = \"no_such_step\"\ninject = \"panic\"\n", &["no_such_step"]),
         ("[[event]]\nat_s = 1\ninject = { pll = 3.0 }\n", &["line 1", "allowed are 0 to 2"]),
+        ("[[event]]\nat_s = 1\ninject = { supply = 3300 }\n", &["line 1", "supply is 3300; allowed are 0 to 4 V"]),
+        (
+            "[[event]]\nat_s = 1\ninject = { level = { pin = \"PE9\", high = true } }\n",
+            &["line 1", "PE9 is an output of the board", "PC8"],
+        ),
+        (
+            "[[event]]\nat_s = 1\ninject = { volts = { pin = \"PB12\", volts = 1 } }\n",
+            &["line 1", "PB12 is no input of the converter", "PC0 to PC5"],
+        ),
+        ("[[event]]\nat_s = 1\nphase_us = 20000\ninject = \"panic\"\n", &["phase_us is 20000;"]),
     ] {
         std::fs::write(file.path(), script).expect("written");
         let output = Command::new(path("FOOTFALL_VIRTUAL_BOARD"))

@@ -275,6 +275,10 @@ pub(crate) struct Injection {
     rail_off: Option<Moment>,
     reset: Option<Moment>,
     closed: bool,
+    /// It has an end, and this has come.
+    ended: bool,
+    /// Line of the script that it comes from.
+    pub(crate) line: Option<usize>,
 }
 
 impl Injection {
@@ -296,7 +300,27 @@ impl Injection {
             rail_off: nothing,
             reset: nothing,
             closed: false,
+            ended: false,
+            line: None,
         }
+    }
+
+    /// The same, from a line of a script.
+    #[must_use]
+    pub(crate) fn in_line(self, line: usize) -> Self {
+        Injection { line: Some(line), ..self }
+    }
+
+    /// Whether it holds its target now.
+    #[must_use]
+    pub(crate) const fn holds(&self) -> bool {
+        self.injected.is_some() && !self.ended
+    }
+
+    /// Whether it has an end that has not come.
+    #[must_use]
+    pub(crate) const fn will_end(&self) -> bool {
+        self.lasts.is_some()
     }
 
     /// The same, which ends after so long, s.
@@ -331,6 +355,7 @@ impl Injection {
     /// Records its end.
     pub(crate) const fn note_end(&mut self) {
         self.lasts = None;
+        self.ended = true;
     }
 
     /// True until the injection.

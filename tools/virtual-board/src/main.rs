@@ -146,13 +146,13 @@ struct Cli {
     #[arg(long)]
     no_brown_out_reset: bool,
     /// The crystal does not start
-    #[arg(long)]
+    #[arg(long, conflicts_with = "hse_hz")]
     hse_dead: bool,
     /// Frequency of the crystal, Hz, for one that is not the board's [default: 8000000, black-pill-f411 25000000]
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000_000..=50_000_000))]
     hse_hz: Option<u32>,
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "script", "save_flash", "record_conversions", "record_edges"])]
+    #[arg(long, value_name = "FILE", requires = "run", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "script", "save_flash", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
     /// The run of the campaign: its name in the file
     #[arg(long, value_name = "NAME", requires = "campaign")]
@@ -529,6 +529,9 @@ mod tests {
             (&["fw.elf", "--save-flash", "x=a.bin"], "ADDRESS=FILE"),
             (&["fw.elf", "--campaign", "a.toml", "--script", "b.toml"], "cannot be used with"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
+            (&["fw.elf", "--hse-dead", "--hse-hz", "8000000"], "cannot be used with"),
+            (&["fw.elf", "--run", "disarmed"], "--campaign"),
+            (&["fw.elf", "--campaign", "a.toml"], "--run"),
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
             (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),

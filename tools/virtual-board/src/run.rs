@@ -381,10 +381,18 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 continue;
             }
             if let Some(phase_us) = self.injections[n].phase_us.take() {
-                self.injections[n].at = seconds + self.until_phase(phase_us);
+                let wait = self.until_phase(phase_us);
+                self.injections[n].at = seconds + wait.unwrap_or(0.0);
+                if let (None, Some(line)) = (wait, self.injections[n].line) {
+                    let (name, at) = (&self.injections[n].symbol, report::seconds(seconds));
+                    eprintln!(
+                        "virtual-board: the event `{name}` (line {line}) does not wait for its phase_us: the servo timer stands at {at} s"
+                    );
+                }
                 self.schedule_stop();
                 continue;
             }
+            self.check_overlap(n)?;
             let outputs = self.output_state();
             let now = self.moment();
             match kind {

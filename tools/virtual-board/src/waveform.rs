@@ -48,16 +48,16 @@ impl Wave {
         ensure!(
             self.edges_ms.iter().all(|ms| *ms >= 0.0 && ms.is_finite())
                 && self.edges_ms.windows(2).all(|pair| pair[0] < pair[1]),
-            "edges_ms is {:?}; allowed are times from 0 on that increase",
-            self.edges_ms
+            "edges_ms is {}; allowed are times from 0 on that increase",
+            self.edges_ms.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
         );
-        ensure!(self.hz.is_none_or(|hz| (0.01..=1e5).contains(&hz)), "hz is {:?}; allowed are 0.01 to 1e5", self.hz);
+        if let Some(hz) = self.hz {
+            ensure!((0.01..=1e5).contains(&hz), "hz is {hz}; allowed are 0.01 to 1e5");
+        }
         ensure!(self.duty.is_none() || self.hz.is_some(), "duty needs hz; remove it, or give hz instead of edges_ms");
-        ensure!(
-            self.duty.is_none_or(|duty| duty > 0.0 && duty < 1.0),
-            "duty is {:?}; allowed is more than 0 and less than 1",
-            self.duty
-        );
+        if let Some(duty) = self.duty {
+            ensure!(duty > 0.0 && duty < 1.0, "duty is {duty}; allowed is more than 0 and less than 1");
+        }
         Ok(())
     }
 }

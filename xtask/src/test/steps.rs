@@ -463,7 +463,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 24] = [
+const IMAGE_TESTS: [&str; 25] = [
     "virtual_board",
     "fits",
     "board_black_pill",
@@ -480,6 +480,7 @@ const IMAGE_TESTS: [&str; 24] = [
     "board_campaign",
     "board_operator",
     "board_script",
+    "board_watch",
     "board_gestures",
     "board_interrupts",
     "board_follower",

@@ -89,7 +89,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     match reading.settings(LowPass::Customary) {
         Ok(reading) => {
             let is_for_recordings = !trace.is_empty();
-            for sensor in &reading.calibration {
+            if let Some(sensor) = &reading.calibration {
                 results.take(sensor_file(sensor, &board, is_for_recordings));
             }
             let job = job(reading, strict);

@@ -88,11 +88,9 @@ impl Fault {
     /// Checks what is injected, and the time limits.
     pub(super) fn check(&self) -> Result<()> {
         self.inject.check()?;
-        ensure!(
-            self.for_ms.is_none_or(|ms| ms >= 0.0 && ms.is_finite()),
-            "for_ms is {:?}; allowed is 0 or more",
-            self.for_ms
-        );
+        if let Some(ms) = self.for_ms {
+            ensure!(ms >= 0.0 && ms.is_finite(), "for_ms is {ms}; allowed is 0 or more");
+        }
         self.expect.check()?;
         ensure!(self.for_ms.is_none() || self.inject.can_end(), "`{}` has no end; remove for_ms", self.inject.name());
         Ok(())

@@ -24,6 +24,9 @@ const TIM2_CR1: u32 = 0x4000_0000;
 const TIM1_CNT: u32 = 0x4001_0024;
 const TIM1_ARR: u32 = 0x4001_002C;
 const TIM1_CR1: u32 = 0x4001_0000;
+/// Clocks of the peripherals of APB2, among them TIM1 (RM0090 7.3.14).
+const RCC_APB2ENR: u32 = 0x4002_3844;
+const TIM1_ENABLED: u32 = 1;
 /// Registers of the flash interface.
 const FLASH_KEYR: u32 = 0x4002_3C04;
 const FLASH_CR: u32 = 0x4002_3C10;
@@ -201,14 +204,17 @@ impl<W: Write> BoardRun<'_, W> {
         Ok(())
     }
 
-    /// Time until the servo timer has counted to a phase of its frame, s; 0 while it does not count. TIM1 counts microseconds.
-    pub(super) fn until_phase(&mut self, phase_us: f64) -> f64 {
+    /// Time until the servo timer has counted to a phase of its frame, s; `None` while it does not count, or has no clock. TIM1 counts
+    /// microseconds.
+    pub(super) fn until_phase(&mut self, phase_us: f64) -> Option<f64> {
         let mut board = self.cpu.machine();
-        let [control, count, last] = [TIM1_CR1, TIM1_CNT, TIM1_ARR].map(|at| board.soc.read(at, Width::Word));
-        if control & 1 == 0 {
-            return 0.0;
+        // A timer without a clock is not read: that would be an irregular access of the program's.
+        if board.soc.read(RCC_APB2ENR, Width::Word) & TIM1_ENABLED == 0 {
+            return None;
         }
-        (phase_us - f64::from(count)).rem_euclid(f64::from(last) + 1.0) * 1e-6
+        let [control, count, last] = [TIM1_CR1, TIM1_CNT, TIM1_ARR].map(|at| board.soc.read(at, Width::Word));
+        let counts = control & 1 != 0;
+        counts.then(|| (phase_us - f64::from(count)).rem_euclid(f64::from(last) + 1.0) * 1e-6)
     }
 }
 

@@ -2,11 +2,12 @@
 
 use std::io::Write;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 
 use super::BoardRun;
 use crate::inject::Injection;
 use crate::pulses::{OutputChange, TimedOutputChange};
+use crate::report;
 use crate::script::{On, Script, Watcher};
 
 impl<W: Write> BoardRun<'_, W> {
@@ -18,6 +19,37 @@ impl<W: Write> BoardRun<'_, W> {
         let (watcher, timed) = Watcher::new(script, self.image)?;
         self.watcher = watcher;
         self.injections.extend(timed);
+        Ok(())
+    }
+
+    /// The events of a script that did not come in the run that ends now, in words.
+    pub(super) fn missed_events(&self) -> Vec<String> {
+        let end = self.now_s();
+        let waiting = self.injections.iter().filter(|one| one.is_pending());
+        let waiting = waiting.filter_map(|one| {
+            let (line, at, name) = (one.line?, report::seconds(one.at), &one.symbol);
+            Some(format!("`{name}` (line {line}): it was due at {at} s, and the run ended at {end} s"))
+        });
+        self.watcher.missed().map(str::to_owned).chain(waiting).collect()
+    }
+
+    /// Refuses the injection that is due now if another one of the script holds the same thing, and one of the two has an end.
+    ///
+    /// # Errors
+    /// Both, and what they hold.
+    pub(super) fn check_overlap(&self, n: usize) -> Result<()> {
+        let (one, seconds) = (&self.injections[n], self.now_s());
+        let (Some(line), Some(target)) = (one.line, one.kind.target()) else { return Ok(()) };
+        for other in &self.injections {
+            let holds = other.holds() && other.kind.target().as_ref() == Some(&target);
+            let (name, at) = (&one.symbol, &other.symbol);
+            ensure!(
+                !(holds && (one.will_end() || other.will_end())),
+                "the events `{name}` (line {line}) and `{at}` (line {}) overlap on {target} at {seconds} s: the end of one would end the other; \
+                 move or shorten one of them",
+                other.line.unwrap_or_default()
+            );
+        }
         Ok(())
     }
 

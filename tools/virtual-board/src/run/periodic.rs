@@ -251,7 +251,11 @@ impl<W: Write> BoardRun<'_, W> {
                 injections,
             }
         };
-        let is_whole = !self.lockstep.as_ref().is_some_and(|lockstep| lockstep.is_cut);
+        let missed = self.missed_events();
+        for words in &missed {
+            eprintln!("virtual-board: the run did not show the event {words}");
+        }
+        let is_whole = missed.is_empty() && !self.lockstep.as_ref().is_some_and(|lockstep| lockstep.is_cut);
         let good = end.lints.is_empty() && !self.locked_up && as_expected && is_whole;
         let code = match self.status {
             Some(status) if status != 0 => status.min(255) as u8,

@@ -1,5 +1,6 @@
 //! The file of a script: events, each with its moment.
 
+use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
@@ -23,6 +24,8 @@ pub(crate) struct Script {
 pub(crate) struct Event {
     /// Name in the output.
     pub(crate) name: String,
+    /// Line of the file.
+    pub(crate) line: usize,
     /// The moment.
     pub(crate) moment: Moment,
     /// So long after the moment, s.
@@ -85,6 +88,58 @@ struct EventText {
     for_ms: Option<f64>,
 }
 
+/// Beginning and end of an injection, s; without an end it lasts.
+pub(super) type Span = (f64, Option<f64>);
+
+/// Name and line.
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "`{}` (line {})", self.name, self.line)
+    }
+}
+
+impl Event {
+    /// Beginning and end of each of its injections from its moment on, s.
+    pub(super) fn spans(&self) -> impl Iterator<Item = Span> {
+        let at_s = if let Moment::At(seconds) = self.moment { seconds } else { 0.0 };
+        (0..self.times).map(move |n| {
+            let begins = at_s + self.after_s + f64::from(n) * self.every_s;
+            (begins, self.for_s.map(|lasts| begins + lasts))
+        })
+    }
+}
+
+impl Moment {
+    /// What its times count from: two events can be compared where it is the same.
+    pub(super) fn base(&self) -> Option<&Self> {
+        (!matches!(self, Self::At(_))).then_some(self)
+    }
+}
+
+/// In the words of the file.
+impl fmt::Display for Moment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::At(seconds) => write!(f, "at_s = {seconds}"),
+            Self::Call(function, count) => write!(f, "call = \"{function}\", count = {count}"),
+            Self::On(on, count) => write!(f, "on = \"{}\", count = {count}", on.name()),
+        }
+    }
+}
+
+impl On {
+    /// The word of the file.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Armed => "armed",
+            Self::Disarmed => "disarmed",
+            Self::RailOn => "rail-on",
+            Self::RailOff => "rail-off",
+            Self::Boot => "boot",
+        }
+    }
+}
+
 impl Script {
     /// Reads the file.
     ///
@@ -106,7 +161,8 @@ impl Script {
         let line = |at: usize| text[..at].lines().count().max(1);
         let events = events.into_iter().map(|event| {
             let line = line(event.span().start + 1);
-            Event::try_from(event.into_inner()).with_context(|| format!("the event in line {line}"))
+            let event = Event::try_from(event.into_inner()).with_context(|| format!("the event in line {line}"))?;
+            Ok(Event { line, ..event })
         });
         Ok(Script { events: events.collect::<Result<_>>()? })
     }
@@ -143,20 +199,17 @@ impl TryFrom<EventText> for Event {
             (None, None, None, Some(on)) => Moment::On(on, count),
             _ => bail!("an event has one moment: at_s, tick, call or on; give one of them"),
         };
-        ensure!(
-            text.phase_us.is_none_or(|us| (0.0..20_000.0).contains(&us)),
-            "phase_us is {:?}; allowed is 0 to less than 20000, the servo frame",
-            text.phase_us
-        );
+        if let Some(us) = text.phase_us {
+            let is_in_frame = (0.0..20_000.0).contains(&us);
+            ensure!(is_in_frame, "phase_us is {us}; allowed is 0 to less than 20000, the servo frame");
+        }
         ensure!(
             text.every_ms.is_some() == text.times.is_some(),
             "every_ms and times belong together; give both or none"
         );
-        ensure!(
-            text.every_ms.is_none_or(|ms| ms > 0.0 && ms.is_finite()),
-            "every_ms is {:?}; allowed is more than 0",
-            text.every_ms
-        );
+        if let Some(ms) = text.every_ms {
+            ensure!(ms > 0.0 && ms.is_finite(), "every_ms is {ms}; allowed is more than 0");
+        }
         let times = text.times.unwrap_or(1);
         ensure!((1..=100_000).contains(&times), "times is {times}; allowed are 1 to 100000");
         text.inject.check()?;
@@ -164,6 +217,7 @@ impl TryFrom<EventText> for Event {
         ensure!(for_s.is_none() || text.inject.can_end(), "`{}` has no end; remove for_ms", text.inject.name());
         Ok(Event {
             name: text.name.unwrap_or_else(|| text.inject.name().into()),
+            line: 0,
             moment,
             after_s: from_ms("after_ms", text.after_ms)?.unwrap_or(0.0),
             phase_us: text.phase_us,

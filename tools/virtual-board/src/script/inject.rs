@@ -171,6 +171,10 @@ impl Inject {
             ensure!(value > 0.0 && value.is_finite(), "{what} is {value}; allowed is more than 0");
             Ok(())
         };
+        let in_volts = |what: &str, volts: f64| {
+            ensure!((0.0..=4.0).contains(&volts), "{what} is {volts}; allowed are 0 to 4 V");
+            Ok(())
+        };
         match self {
             Inject::CrystalHz(hz) | Inject::CrystalDrift { to_hz: hz, .. } if !CRYSTAL_HZ.contains(hz) => {
                 anyhow::bail!("the crystal has {hz} Hz; allowed are 1e6 to 50e6");
@@ -180,11 +184,9 @@ impl Inject {
                 ensure!((0.0..=2.0).contains(factor), "pll is {factor}; allowed are 0 to 2");
                 Ok(())
             }
-            Inject::Supply(volts) => positive("supply", *volts),
-            Inject::Vdd(volts) => {
-                ensure!((0.0..=4.0).contains(volts), "vdd is {volts}; allowed are 0 to 4 V");
-                Ok(())
-            }
+            Inject::Supply(volts) => in_volts("supply", *volts),
+            Inject::Vdd(volts) => in_volts("vdd", *volts),
+            Inject::Volts { volts, .. } => in_volts("volts", *volts),
             Inject::Slow(cpi) => {
                 ensure!((0.1..=100.0).contains(cpi), "slow is {cpi}; allowed are 0.1 to 100 cycles an instruction");
                 Ok(())
@@ -380,6 +382,8 @@ mod tests {
             ("{ crystal-drift = { to_hz = 8e6, over_ms = 0.0 } }", "over_ms is 0"),
             ("{ pll = -1.0 }", "allowed are 0 to 2"),
             ("{ vdd = nan }", "allowed are 0 to 4 V"),
+            ("{ supply = 3300.0 }", "supply is 3300; allowed are 0 to 4 V"),
+            ("{ volts = { pin = \"PA1\", volts = 1500.0 } }", "volts is 1500; allowed are 0 to 4 V"),
             ("{ power-cycle = { ram = \"half\" } }", "expected `kept` or `scrambled`"),
             ("{ flash-erase = { sector = 12 } }", "allowed are 0 to 11"),
             ("{ flash-program = { address = 0x2000_0000, value = 0 } }", "from 0x08000000"),

@@ -2,6 +2,7 @@
 
 mod event;
 mod inject;
+mod target;
 mod values;
 mod watcher;
 

@@ -1,8 +1,9 @@
 //! Watches a run for the moments of a script, and makes injections of its events.
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 
 use super::event::Event;
+use super::target::check_overlaps;
 use super::{Moment, On, Script};
 use crate::inject::{Injection, InjectionKind};
 use crate::loader::ProgramImage;
@@ -23,6 +24,8 @@ struct Pending {
     left: u32,
     /// Its injections, with times from the moment on.
     injections: Vec<Injection>,
+    /// What is said of it if its moment does not come.
+    words: String,
 }
 
 /// The events of a script whose moments are not times.
@@ -38,17 +41,29 @@ impl Watcher {
     /// The image lacks a function that the script names.
     pub(crate) fn new(script: &Script, image: &ProgramImage) -> Result<(Self, Vec<Injection>)> {
         let (mut watcher, mut timed) = (Watcher::default(), Vec::new());
-        for event in &script.events {
+        let wiring = image.board.wiring();
+        let kind = |event: &Event| -> Result<InjectionKind> {
             let kind = InjectionKind::of(&event.inject, image)?;
+            kind.check_pin(&wiring)?;
+            Ok(kind)
+        };
+        let kinds = script.events.iter().map(|event| kind(event).with_context(|| format!("the event {event}")));
+        let kinds: Vec<InjectionKind> = kinds.collect::<Result<_>>()?;
+        check_overlaps(script, &kinds)?;
+        for (event, kind) in script.events.iter().zip(&kinds) {
             let (awaited, left) = match &event.moment {
                 Moment::At(seconds) => {
-                    timed.extend(injections(event, &kind, *seconds));
+                    timed.extend(injections(event, kind, *seconds));
                     continue;
                 }
-                Moment::Call(function, count) => (Awaited::Call(image.find_function(function)?), *count),
+                Moment::Call(function, count) => {
+                    let found = image.find_function(function).with_context(|| format!("the event {event}"))?;
+                    (Awaited::Call(found), *count)
+                }
                 Moment::On(on, count) => (Awaited::On(*on), *count),
             };
-            watcher.pending.push(Pending { awaited, left, injections: injections(event, &kind, 0.0).collect() });
+            let words = format!("{event}: its moment did not come: {}", event.moment);
+            watcher.pending.push(Pending { awaited, left, injections: injections(event, kind, 0.0).collect(), words });
         }
         Ok((watcher, timed))
     }
@@ -93,6 +108,11 @@ impl Watcher {
         due
     }
 
+    /// The events whose moment has not come, in words.
+    pub(crate) fn missed(&self) -> impl Iterator<Item = &str> {
+        self.pending.iter().map(|one| one.words.as_str())
+    }
+
     /// True while it waits for a moment.
     pub(crate) fn is_waiting(&self) -> bool {
         !self.pending.is_empty()
@@ -101,10 +121,10 @@ impl Watcher {
 
 /// The injections of an event whose moment is at a time, s.
 fn injections(event: &Event, kind: &InjectionKind, seconds: f64) -> impl Iterator<Item = Injection> {
-    let Event { name, after_s, phase_us, every_s, times, for_s, .. } = event.clone();
+    let Event { name, line, after_s, phase_us, every_s, times, for_s, .. } = event.clone();
     let kind = kind.clone();
     (0..times).map(move |n| {
         let at = seconds + after_s + f64::from(n) * every_s;
-        Injection::new(kind.clone(), name.clone(), at).lasting(for_s).in_phase(phase_us)
+        Injection::new(kind.clone(), name.clone(), at).lasting(for_s).in_phase(phase_us).in_line(line)
     })
 }
