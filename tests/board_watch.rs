@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         an_event_that_does_not_come_fails_the_run(Image),
         a_sensor_that_the_board_refuses_fails_the_run(Image),
         the_sensor_of_the_sample_rows_walks(Image),
+        the_last_object_of_the_page_is_that_of_today(Image),
     ])
 }
 
@@ -115,4 +116,31 @@ fn the_sensor_of_the_sample_rows_walks() {
     assert_eq!((code, &last["state"], &last["not_started"]), (Some(0), &"walking".into(), &Value::Null), "{messages}");
     assert!(last["pulse_us"].as_array().expect("four").iter().all(Value::is_array), "{last}");
     assert!(last["following"]["locked_at_s"].as_f64().is_some(), "{}", last["following"]);
+}
+
+/// Counts of docs/virtual-board.md. Hashes are those of one image, and pulses change with a motion: they are only compared in kind.
+fn the_last_object_of_the_page_is_that_of_today() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/virtual-board.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    let (_, object) = page.split_once("```text\n{\"type\": \"end\"").expect("the object");
+    let object = format!("{{\"type\": \"end\"{}", object.split_once("```").expect("its end").0);
+    let shown: serde_json::Map<String, Value> = serde_json::from_str(&object).expect("an object");
+    let (code, last, messages) = watched(&["--secs", "10", "--disarm"]);
+    assert_eq!(code, Some(0), "{messages}");
+    for (key, value) in &shown {
+        let now = &last[key];
+        match key.as_str() {
+            "t_s" => assert!((now.as_f64().expect("s") - value.as_f64().expect("s")).abs() < 1e-6),
+            "setpoint_hash" | "host_replay_hash" => assert!(now.as_str().is_some_and(|hash| hash.len() == 16), "{now}"),
+            "pulse_us" => {
+                let (now, value) = (now.as_array().expect("four"), value.as_array().expect("four"));
+                for (now, value) in now.iter().zip(value) {
+                    let apart = |end: usize| (now[end].as_f64().expect("us") - value[end].as_f64().expect("us")).abs();
+                    assert!(apart(0) < 20.0 && apart(1) < 20.0, "{now} {value}");
+                }
+            }
+            _ => assert_eq!(now, value, "{key}"),
+        }
+    }
+    assert!(shown.len() > 10, "{shown:?}");
 }

@@ -87,6 +87,9 @@ pub struct End {
     /// What came of the pulses.
     #[serde(default)]
     pub judged: Judged,
+    /// Least and most angle of each modelled servo's joint, degrees; null without modelled servos.
+    #[serde(default)]
+    pub servo_deg: Value,
     /// Interrupt lines that are enabled at the end, each with its priority, 0 to 15.
     #[serde(default)]
     pub interrupts: BTreeMap<u8, u8>,

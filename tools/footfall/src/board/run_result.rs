@@ -44,6 +44,8 @@ pub struct RunResult {
     pub boot_at_s: f64,
     /// Shortest and longest pulse at each servo's pin, in microseconds: left hip, right hip, left knee, right knee.
     pub pulse_us: [Option<[f64; 2]>; 4],
+    /// Least and most angle of each modelled servo's joint, degrees; null without modelled servos.
+    pub servo_deg: Value,
     /// Edges of servo pins before the first arming after a reset.
     pub edges_before_arming: u64,
     /// Edges of servo pins after disarming.
@@ -122,6 +124,7 @@ impl RunResult {
             not_started: counters.not_started.clone(),
             boot_at_s: counters.heard.boot_at_s,
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),
+            servo_deg: end.map_or(Value::Null, |end| end.servo_deg.clone()),
             edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
             edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
             judged: end.map_or(Judged::default(), |end| end.judged.clone()),

@@ -1,0 +1,57 @@
+//! The page of exit codes: a row for each command, and codes that the program has.
+
+use footfall::cli::program;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+fn code(arguments: &[&str]) -> Option<i32> {
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples");
+    let mut footfall = Command::new(env!("CARGO_BIN_EXE_footfall"));
+    let footfall = footfall.current_dir(samples).args(arguments).stdin(Stdio::null());
+    footfall.stdout(Stdio::null()).stderr(Stdio::null()).status().unwrap().code()
+}
+
+/// The commands of the page's table, with what makes 1.
+fn rows() -> Vec<(String, String)> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/exit-codes.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, table) = page.split_once("| `footfall` | 1 means |\n|---|---|\n").unwrap();
+    let rows = table.lines().take_while(|line| line.starts_with('|'));
+    rows.map(|row| {
+        let (name, means) = row.trim_matches(['|', ' ']).split_once(" | ").unwrap();
+        (name.trim_matches('`').to_owned(), means.to_owned())
+    })
+    .collect()
+}
+
+#[test]
+fn each_command_has_a_row_and_refuses_an_unknown_option_with_2() {
+    let named: Vec<String> = rows().into_iter().map(|(name, _)| name).collect();
+    let program = program();
+    let commands: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+    assert_eq!(named, commands);
+    for command in commands {
+        assert_eq!(code(&[command, "--no-such-option"]), Some(2), "{command}");
+    }
+}
+
+#[test]
+fn the_rows_are_true_for_what_needs_no_board() {
+    for (arguments, wanted) in [
+        (&["check", "--generator", "generator.toml"][..], 0),
+        (&["check", "--generator", "missing.toml"], 2),
+        (&["smer", "graph.txt"], 0),
+        (&["convert", "missing.csv", "-o", "never.csv"], 2),
+        (&["pack", "generator.toml", "--rust"], 0),
+        (&["pack", "robot.toml", "--rust"], 2),
+        (&["replay", "walk.csv"], 2),
+        (&["sample", "graph.txt"], 0),
+    ] {
+        assert_eq!(code(arguments), Some(wanted), "{arguments:?}");
+    }
+    let graph = tempfile::NamedTempFile::new().unwrap();
+    // Three nodes in a circle: none is ever one that all its edges point to.
+    std::fs::write(graph.path(), "a -> b\nb -> c\nc -> a\n").unwrap();
+    let circle = graph.path().to_str().unwrap();
+    assert_eq!(code(&["smer", circle]), Some(1));
+}
