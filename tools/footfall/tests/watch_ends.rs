@@ -183,7 +183,7 @@ fn who_tests_the_emergency_stop_is_said() {
     simulated.walk(1);
     simulated.end();
     let (_, _, messages) = watched(&simulated, &[]);
-    assert!(messages.contains("emergency stop: pressed and released at 0.1 s"), "{messages}");
+    assert!(messages.contains("emergency stop: pressed and released at 0.05 s"), "{messages}");
     let (_, _, messages) = watched(&simulated, &["--", "--emergency-stop", "3"]);
     assert!(messages.contains("emergency stop: only as the options after `--` say"), "{messages}");
 }

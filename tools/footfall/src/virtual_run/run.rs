@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::prepare::{Prepared, about, arguments, prepare, tests_stop};
-use super::settings::{STOP_TEST_AT_S, Settings, Show};
+use super::settings::{STOP_TEST_S, Settings, Show};
 use super::tuned::Tuned;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
@@ -48,12 +48,13 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     if settings.robot_file.is_none() {
         messages::status("robot: the record of the default robot is written to the board; --robot writes another");
     }
+    let [at, _] = STOP_TEST_S;
     messages::status(format_args!(
         "emergency stop: {}; without this test after each boot a board does not arm",
         if tests_stop(settings) {
-            format!("pressed and released at {STOP_TEST_AT_S} s")
+            format!("pressed and released at {at} s")
         } else {
-            format!("only as the options after `--` say, which replace its press and release at {STOP_TEST_AT_S} s")
+            format!("only as the options after `--` say, which replace its press and release at {at} s")
         }
     ));
     if let Some(path) = &settings.generator {
