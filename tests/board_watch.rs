@@ -62,7 +62,8 @@ fn a_fault_excuses_its_own_end_alone() {
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), format!("[[event]]\nat_s = 2.5\n{open}\n")).expect("written");
     let script = file.path().to_str().expect("text");
-    let (code, last, messages) = watched(&["--secs", "3", "--", "--script", script, "--emergency-stop", "0.05:0.04", "2"]);
+    let (code, last, messages) =
+        watched(&["--secs", "3", "--", "--script", script, "--emergency-stop", "0.05:0.04", "2"]);
     assert_eq!((code, &last["cause"]), (Some(1), &"break_input".into()), "{messages}");
     assert!(messages.contains("the motion ended: fault, cause break_input"), "{messages}");
     assert!(messages.contains("emergency stop: only as the options after `--` say"), "{messages}");

@@ -6,11 +6,12 @@
 use crate::gestures;
 use crate::lockstep::Conversation;
 use firmware::board::ROBOT_SECTOR;
+use footfall::board::counters::Counters;
 use footfall::board::host_copy::begin;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
-use footfall::board::run::{BoardRun, Counters};
+use footfall::board::run::BoardRun;
 use footfall::board::telemetry::record_in;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::store::robot_record;

@@ -1,6 +1,7 @@
 //! A board or virtual board: process, log, serial port, image, replay.
 
 pub mod at_port;
+pub mod counters;
 pub mod default_loop;
 mod explained;
 pub mod feed;

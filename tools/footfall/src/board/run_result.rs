@@ -1,8 +1,8 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
+use crate::board::counters::{Counters, Following};
 use crate::board::explained::Injected;
 use crate::board::lines::{End, Judged, Reset};
-use crate::board::run::{Counters, Following};
 use joint_loop::Cause;
 use serde::Serialize;
 use serde_json::Value;

@@ -94,6 +94,10 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "Files of two kinds:",
                 "footfall check --generator samples/generator.toml --calibration samples/sensor.toml",
             ),
+            (
+                "A sensor file for a Nucleo whose supply is never below 3.1 V:",
+                "footfall check --calibration samples/sensor.toml --board nucleo-f446re --min-supply 3.1",
+            ),
         ],
     ),
     (
@@ -311,6 +315,10 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         &[
             ("A flash record of a generator:", "footfall pack samples/generator.toml -o generator.bin"),
             ("A generator as a Rust constant:", "footfall pack samples/generator.toml --rust"),
+            (
+                "A sensor for a Black Pill:",
+                "footfall pack --sensor left_hip=samples/sensor.toml --board black-pill-f411 -o sensors.bin",
+            ),
         ],
     ),
     (

@@ -5,7 +5,8 @@ use joint_loop::store::{robot_record, sensor_record};
 use joint_loop::{RecordName, RobotConfig};
 use wire::{Answered, Boot, Frame, Record, RecordId};
 
-use crate::board::run::{Counters, Event};
+use crate::board::counters::Counters;
+use crate::board::run::Event;
 use crate::board::transport::Heard;
 use crate::options::sensors::joints;
 use crate::publish::Publisher;

@@ -30,7 +30,7 @@ impl BoardSupply {
     /// Refuses a sensor file that the board refuses.
     ///
     /// # Errors
-    /// The file is wrong, or an end of its table cannot be told from a broken wire: line, field, and what is allowed.
+    /// The file is wrong, or an end of its table reads as a broken wire: line, field, and what is allowed.
     pub fn check(&self, path: &Path) -> Result<(), Failure> {
         let WiredSensor { calibration, divider } = calibration_file::read(path).map_err(Failure::input)?;
         let board = BOARDS[self.board];

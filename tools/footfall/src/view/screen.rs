@@ -194,9 +194,9 @@ fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::counters::{Counters, Following};
     use crate::board::default_loop::typical_loop;
-    use crate::board::run::Following;
-    use crate::board::run::{Counters, Event};
+    use crate::board::run::Event;
     use hgod_adc::Validity;
     use joint_units::{Joint, Radians};
     use ratatui::Terminal;

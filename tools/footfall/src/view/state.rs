@@ -1,6 +1,7 @@
 //! The present state of a run, for a screen or a line of text.
 
-use crate::board::run::{Counters, Event, Heard};
+use crate::board::counters::{Counters, Heard};
+use crate::board::run::Event;
 use crate::line_fit::line_fit;
 use crate::view::tuning::Tuning;
 use joint_loop::SENSORS;
