@@ -1,0 +1,130 @@
+// The chip: loads an ELF file into rp2040js, runs it, and keeps what a reset by the watchdog keeps.
+
+import { RP2040 } from 'rp2040js';
+import { patch } from './patches.mjs';
+
+const FLASH = 0x10000000;
+const VECTORS = 0x10000100;
+const RAM = 0x20000000;
+
+/** The segments that are stored in flash: [address, bytes]. */
+export function segments(elf) {
+  const view = new DataView(elf.buffer, elf.byteOffset, elf.byteLength);
+  const table = view.getUint32(0x1c, true);
+  const size = view.getUint16(0x2a, true);
+  const found = [];
+  for (let i = 0; i < view.getUint16(0x2c, true); i++) {
+    const at = table + i * size;
+    const [kind, offset, , stored, bytes] = [0, 4, 8, 12, 16].map((field) => view.getUint32(at + field, true));
+    if (kind === 1 && bytes > 0) found.push([stored, elf.subarray(offset, offset + bytes)]);
+  }
+  return found;
+}
+
+/** A logger that keeps each warning and error once, instead of printing it. */
+class Messages {
+  constructor() {
+    this.seen = new Set();
+  }
+  debug() {}
+  info() {}
+  warn(part, message) {
+    this.seen.add(`${part}: ${message}`);
+  }
+  error(part, message) {
+    this.seen.add(`${part}: ${message}`);
+  }
+}
+
+export class Chip {
+  /** `parts`: what is in flash, [address, bytes]; `wire(mcu, chip)` connects the pins, also after a reset. */
+  constructor(parts, wire) {
+    this.wire = wire;
+    this.messages = new Messages();
+    this.resets = [];
+    this.rtt = null;
+    this.log = [];
+    this.cycles = 0;
+    this.start(new RP2040());
+    for (const [address, bytes] of parts) this.mcu.flash.set(bytes, address - FLASH);
+    this.begin();
+  }
+
+  start(mcu) {
+    this.mcu = mcu;
+    mcu.logger = this.messages;
+    patch(mcu);
+    const watchdog = mcu.peripherals[0x40058];
+    watchdog.onWatchdogTrigger = () => {
+      // Without this the alarm fires again for ever within one tick of the clock.
+      watchdog.timer.enable = false;
+      watchdog.alarm.enable = false;
+      this.resetBy = watchdog.reason;
+    };
+    this.watchdog = watchdog;
+    this.wire(mcu, this);
+  }
+
+  begin() {
+    // The second boot stage and the ROM are left out: they set up the flash chip, which the emulator does not need.
+    this.mcu.core.VTOR = VECTORS;
+    this.mcu.core.reset();
+    this.rtt = null;
+  }
+
+  /** Emulated time since the start, ns. */
+  get nanos() {
+    return this.mcu.clock.nanos;
+  }
+
+  /** The watchdog's reset: RAM, flash, scratch registers and the reason stay. */
+  reset() {
+    const { sram, flash, clock } = this.mcu;
+    const { scratchData, reason } = this.watchdog;
+    this.drain();
+    this.resets.push({ s: clock.nanos / 1e9, reason: reason === 1 ? 'timer' : 'force' });
+    const next = new RP2040();
+    next.clock.tick(clock.nanos);
+    this.start(next);
+    next.sram.set(sram);
+    next.flash.set(flash);
+    this.watchdog.scratchData.set(scratchData);
+    this.watchdog.reason = reason;
+    this.resetBy = undefined;
+    this.begin();
+  }
+
+  /** Runs until `nanos`. */
+  runTo(nanos) {
+    while (this.mcu.clock.nanos < nanos) {
+      const { mcu } = this;
+      const { core, clock } = mcu;
+      if (core.waiting) {
+        const wait = clock.nanosToNextAlarm;
+        clock.tick(wait > 0 ? Math.min(wait, nanos - clock.nanos) : 1000);
+      } else {
+        const cycles = core.executeInstruction();
+        clock.tick((cycles * 1e9) / mcu.clkSys);
+      }
+      if (this.resetBy !== undefined) this.reset();
+    }
+  }
+
+  /** Takes what is in the first up-buffer of RTT. */
+  drain() {
+    const { sram, sramView } = this.mcu;
+    if (this.rtt === null) {
+      const at = Buffer.from(sram.buffer, sram.byteOffset, sram.length).indexOf('SEGGER RTT\0', 0, 'latin1');
+      if (at < 0) return;
+      this.rtt = at + 24;
+    }
+    const field = (n) => sramView.getUint32(this.rtt + 4 * n, true);
+    const [buffer, size, write] = [field(1) - RAM, field(2), field(3)];
+    let read = field(4);
+    while (read !== write) {
+      this.log.push(sram[buffer + read]);
+      read = (read + 1) % size;
+    }
+    sramView.setUint32(this.rtt + 16, read, true);
+  }
+}
