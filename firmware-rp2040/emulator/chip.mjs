@@ -1,22 +1,23 @@
-// The chip: loads an ELF file into rp2040js, runs it, and keeps what a reset by the watchdog keeps.
+// The chip: loads a UF2 file into rp2040js, runs it, and keeps what a reset by the watchdog keeps.
 
 import { RP2040 } from 'rp2040js';
+import uf2 from 'uf2';
 import { patch } from './patches.mjs';
+
+const { decodeBlock, familyMap } = uf2;
 
 const FLASH = 0x10000000;
 const VECTORS = 0x10000100;
 const RAM = 0x20000000;
 
-/** The segments that are stored in flash: [address, bytes]. */
-export function segments(elf) {
-  const view = new DataView(elf.buffer, elf.byteOffset, elf.byteLength);
-  const table = view.getUint32(0x1c, true);
-  const size = view.getUint16(0x2a, true);
+/** What a UF2 file writes to flash: [address, bytes]. */
+export function pages(uf2) {
   const found = [];
-  for (let i = 0; i < view.getUint16(0x2c, true); i++) {
-    const at = table + i * size;
-    const [kind, offset, , stored, bytes] = [0, 4, 8, 12, 16].map((field) => view.getUint32(at + field, true));
-    if (kind === 1 && bytes > 0) found.push([stored, elf.subarray(offset, offset + bytes)]);
+  for (let at = 0; at < uf2.length; at += 512) {
+    const block = decodeBlock(uf2.subarray(at, at + 512));
+    if (block.blockNumber !== at / 512 || block.totalBlocks !== uf2.length / 512) throw new Error(`block ${at / 512} is numbered otherwise`);
+    if (familyMap.get(block.boardFamily) !== 'Raspberry Pi RP2040') throw new Error(`block ${at / 512} is of another family`);
+    found.push([block.flashAddress, block.payload]);
   }
   return found;
 }

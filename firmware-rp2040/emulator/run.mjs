@@ -1,26 +1,26 @@
 // Runs the RP2040 image on rp2040js and prints what its pins did, as JSON; the raw bytes of its RTT log go to a file.
 //
-//   node run.mjs ELF SCENARIO.json RTT_FILE
+//   node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE
 //
 // The scenario: {"secs": 12, "flash": [{"address": 269516800, "file": "robot.bin"}], "events": [{"s": 0.5, "pin": "emergency_stop", "level": false}],
 // "volts": [{"mean": 1.5, "swing": 0.4, "hz": 1}], "hang_s": 3}. Pins of events: emergency_stop, button, foot_switch. `volts` has an entry a sensor.
 // At `hang_s` the processor is stopped for good.
 
 import { readFileSync, writeFileSync } from 'node:fs';
-import { Chip, segments } from './chip.mjs';
+import { Chip, pages } from './chip.mjs';
 
 /** As in src/board.rs, which a test compares. */
 export const PINS = { servos: [2, 3, 4, 5], servo_rail: 6, emergency_stop: 7, foot_switch: 8, button: 9, sync_output: 10, led: 25 };
 const SUPPLY = 3.3;
 const MS = 1e6;
 
-const [elfFile, scenarioFile, rttFile] = process.argv.slice(2);
+const [imageFile, scenarioFile, rttFile] = process.argv.slice(2);
 if (rttFile === undefined) {
-  console.error('usage: node run.mjs ELF SCENARIO.json RTT_FILE');
+  console.error('usage: node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE');
   process.exit(2);
 }
 const scenario = JSON.parse(readFileSync(scenarioFile));
-const parts = segments(readFileSync(elfFile));
+const parts = pages(readFileSync(imageFile));
 for (const { address, file } of scenario.flash ?? []) parts.push([address, readFileSync(file)]);
 
 // Released, closed, no foot: as a person finds the board.
