@@ -1,7 +1,7 @@
 //! Hands the linker script to the linker, as the build script of `firmware` does for the other family, and names the board in the ELF file.
 
-use std::path::Path;
 use std::env;
+use std::path::Path;
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -104,7 +104,11 @@ fn its_ticks_are_on_time_with_margin() {
     let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
     let latest = boot.costs.iter().map(|cost| cost.latest_start_us).max().expect("costs");
     let cost = boot.costs.last().expect("costs");
-    report!("longest tick {longest} cycles, latest start {latest} us, stack {} of {}", cost.stack_used, cost.stack_size);
+    report!(
+        "longest tick {longest} cycles, latest start {latest} us, stack {} of {}",
+        cost.stack_used,
+        cost.stack_size
+    );
     assert!((20_000..MOST_CYCLES).contains(&longest), "{longest} cycles");
     assert!(latest < 100, "{latest} us");
     assert!(cost.stack_used < cost.stack_size / 10 * 8, "{cost:?}");
@@ -126,7 +130,10 @@ fn its_pulses_are_those_of_the_loop() {
     for line in &lines {
         assert!(line.iter().all(|(_, width)| (500e3..=2500e3).contains(width)), "a pulse beyond every servo's limits");
         assert!(line.windows(2).all(|pair| (pair[1].0 - pair[0].0 - FRAME_NS).abs() < 1.0), "frames of 20 ms");
-        assert!(line.iter().zip(&lines[0]).all(|(one, first)| (one.0 - first.0).abs() < 1.0), "all pulses begin at one moment");
+        assert!(
+            line.iter().zip(&lines[0]).all(|(one, first)| (one.0 - first.0).abs() < 1.0),
+            "all pulses begin at one moment"
+        );
     }
     // The tick whose widths the first frame has, and from there every twentieth.
     let fits = |first: usize| {
@@ -138,7 +145,10 @@ fn its_pulses_are_those_of_the_loop() {
     let armed = begun(ran, SupervisorState::Arming)[0] as usize - 1;
     let first: Vec<usize> = (armed..armed + 60).filter(|first| fits(*first)).collect();
     assert_eq!(first.len(), 1, "the ticks after {armed} whose widths all frames have: {first:?}");
-    report!("{count} frames of four pulses; the first has the widths of the tick {} ticks after arming", first[0] - armed);
+    report!(
+        "{count} frames of four pulses; the first has the widths of the tick {} ticks after arming",
+        first[0] - armed
+    );
 }
 
 fn no_servo_line_moves_before_it_is_armed() {
@@ -176,7 +186,10 @@ fn the_emergency_stop_cuts_supply_and_pulses() {
     assert_eq!(ran.rail.len(), 2, "{:?}", ran.rail);
     assert!(last >= stop && last < stop + REACTION_NS, "the supply goes off at {last}");
     for (servo, line) in ran.servos.iter().enumerate() {
-        assert!(line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < stop + REACTION_NS), "servo {servo}");
+        assert!(
+            line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < stop + REACTION_NS),
+            "servo {servo}"
+        );
     }
     let ends: Vec<f64> = ran.servos.iter().map(|line| *line.last().expect("edges")).collect();
     let cut = ends.iter().filter(|end| **end >= stop).count();
@@ -184,7 +197,11 @@ fn the_emergency_stop_cuts_supply_and_pulses() {
     let change = ran.boots[0].changes.iter().find(|change| change.state == SupervisorState::Fault).expect("a fault");
     assert_eq!(change.cause, Cause::BreakInput);
     assert_eq!(ran.boots[0].costs.last().expect("costs").truncated as usize, cut);
-    report!("supply off after {} ns, last line low after {:.0} ns, {cut} pulses cut", last - stop, ends.iter().copied().fold(0.0, f64::max) - stop);
+    report!(
+        "supply off after {} ns, last line low after {:.0} ns, {cut} pulses cut",
+        last - stop,
+        ends.iter().copied().fold(0.0, f64::max) - stop
+    );
 }
 
 fn a_hang_is_reset_by_the_watchdog() {
@@ -196,13 +213,16 @@ fn a_hang_is_reset_by_the_watchdog() {
     assert_eq!(reason, "timer");
     let after_us = (at - HANG_S) * 1e6;
     assert!(after_us > 0.0 && after_us <= f64::from(TIMEOUT_US) + 10.0, "{after_us} us");
-    // The emulator's reset lets go of no pin: what is seen is the next boot, whose first action drives them low.
+    // The emulator does not show that a reset lets go of the pins. What it shows is the first action of the next boot, which drives them low after the start-up
+    // code has copied the program to RAM.
+    let driven_low = (at + 0.005) * 1e9;
     let [_, boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
     let record = boot.boot.as_ref().expect("a boot record");
     assert_eq!((record.reset, record.streak), (Reset::IndependentWatchdog, 1));
     assert!(record.last_outputs.as_ref().is_some_and(|last| last.on), "{:?}", record.last_outputs);
-    assert!(ran.rail.len().is_multiple_of(2) && *ran.rail.last().expect("edges") < (at + 0.001) * 1e9, "{:?}", ran.rail);
-    assert!(ran.servos.iter().all(|line| line.last().is_some_and(|last| *last < (at + 0.001) * 1e9)));
+    for line in ran.servos.iter().chain([&ran.rail]) {
+        assert!(line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < driven_low), "{line:?}");
+    }
     report!("reset {after_us:.0} us after the hang");
 }
 
@@ -229,7 +249,8 @@ fn a_fourth_sensor_is_refused() {
 }
 
 /// Registers that rp2040js does not have. What the program reads there is 0xFFFFFFFF.
-const NOT_MODELLED: [&str; 2] = ["ROSC_BASE: Unimplemented peripheral", "VREG_AND_CHIP_RESET_BASE: Unimplemented peripheral"];
+const NOT_MODELLED: [&str; 2] =
+    ["ROSC_BASE: Unimplemented peripheral", "VREG_AND_CHIP_RESET_BASE: Unimplemented peripheral"];
 
 fn the_emulator_warns_of_nothing_else() {
     let unexpected: Vec<&String> =

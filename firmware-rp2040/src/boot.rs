@@ -16,7 +16,7 @@ use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
 use crate::environment::Environment;
 use crate::faults::LastRun;
-use crate::pins::{Pull, PinRegisters};
+use crate::pins::{PinRegisters, Pull};
 use crate::sampling::REFERENCE;
 use crate::serial::{self, REQUESTS_QUEUED};
 use crate::servo_pwm::{self, Outputs};
@@ -26,7 +26,9 @@ use crate::tasks::control::{
 use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
 use crate::tasks::watchdog as reloading;
 use crate::variant::SENSOR_REQUIRED;
-use crate::{clocks, emergency_stop, faults, lamps, log, parameters, protections, sampling, stopwatch, watchdog, watchdog_clock};
+use crate::{
+    clocks, emergency_stop, faults, lamps, log, parameters, protections, sampling, stopwatch, watchdog, watchdog_clock,
+};
 
 /// Runs the control task in an interrupt that no peripheral has.
 static TICKS: InterruptExecutor = InterruptExecutor::new();

@@ -7,7 +7,9 @@ use firmware_rp2040::timing::CORE_MHZ;
 
 /// Starts the crystal, both PLLs and the microseconds of TIMER. It waits for the crystal: without one the board stays here, dark, its outputs off.
 pub(crate) fn start() {
-    let Ok(clocks) = ClockConfig::system_freq(CORE_MHZ * 1_000_000) else { panic!("no PLL setting for the core's clock") };
+    let Ok(clocks) = ClockConfig::system_freq(CORE_MHZ * 1_000_000) else {
+        panic!("no PLL setting for the core's clock")
+    };
     // Nothing is claimed from the HAL: what this program uses it drives by registers.
     drop(embassy_rp::init(embassy_rp::config::Config::new(clocks)));
 }

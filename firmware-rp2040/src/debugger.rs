@@ -3,7 +3,9 @@
 use joint_loop::Debugger;
 
 #[cfg(feature = "no-debugger")]
-compile_error!("the processor of this chip does not tell the program about a debugger: it cannot refuse one; build without `no-debugger`");
+compile_error!(
+    "the processor of this chip does not tell the program about a debugger: it cannot refuse one; build without `no-debugger`"
+);
 
 /// Always absent.
 pub(crate) const fn attached() -> Debugger {

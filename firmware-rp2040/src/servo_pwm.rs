@@ -220,7 +220,8 @@ impl Outputs {
         let cut = self.is_cut();
         let [a, b, c, d] = self.widths;
         let slices = is_as_written(slice(0), [a, b]) && is_as_written(slice(1), [c, d]);
-        let lines = BOARD.servos.iter().all(|pin| if self.driving && !cut { pin.is_pwm() } else { cut || pin.is_output() });
+        let lines =
+            BOARD.servos.iter().all(|pin| if self.driving && !cut { pin.is_pwm() } else { cut || pin.is_output() });
         let is_on = self.driving && !cut;
         slices
             && lines

@@ -14,7 +14,10 @@ pub const LATE_END_US: u32 = 800;
 
 /// Where in a period a servo frame can start, us after the last conversion of a block: after the latest end of a tick and before the next one.
 pub const FRAME_STARTS_US: u32 = 900;
-const _: () = assert!(LATE_END_US < FRAME_STARTS_US && FRAME_STARTS_US < PERIOD_US, "widths are written between two frames' starts");
+const _: () = assert!(
+    LATE_END_US < FRAME_STARTS_US && FRAME_STARTS_US < PERIOD_US,
+    "widths are written between two frames' starts"
+);
 
 /// Channels of a scan: three sensors and the temperature of the die.
 pub const SCAN: usize = 4;
@@ -27,7 +30,10 @@ const CONVERTER_MHZ: u32 = 48;
 
 /// Cycles of the converter from one conversion to the next. A conversion takes 96 (RP2040 datasheet, 4.9.2).
 pub const CONVERSION_CYCLES: u32 = PERIOD_US * CONVERTER_MHZ / BLOCK as u32;
-const _: () = assert!(CONVERSION_CYCLES * BLOCK as u32 == PERIOD_US * CONVERTER_MHZ && CONVERSION_CYCLES >= 96, "a period is a block");
+const _: () = assert!(
+    CONVERSION_CYCLES * BLOCK as u32 == PERIOD_US * CONVERTER_MHZ && CONVERSION_CYCLES >= 96,
+    "a period is a block"
+);
 
 /// When the last conversion of a block ended: `later` conversions of the next block have ended since, which last ended at most one conversion
 /// before `now_us`.

@@ -58,10 +58,13 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let ran: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let image = Image::read(&path("FOOTFALL_PICO_ELF")).unwrap_or_else(|error| panic!("{error}"));
-    let numbers = |value: &Value| value.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect();
+    let numbers =
+        |value: &Value| value.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect();
     let servos = [0, 1, 2, 3].map(|servo| numbers(&ran["servos_ns"][servo]));
     let reset = |reset: &Value| (reset["s"].as_f64().expect("s"), reset["reason"].as_str().expect("reason").to_owned());
-    let texts = |value: &Value| value.as_array().expect("a list").iter().map(|text| text.as_str().expect("text").to_owned()).collect();
+    let texts = |value: &Value| {
+        value.as_array().expect("a list").iter().map(|text| text.as_str().expect("text").to_owned()).collect()
+    };
     PicoRan {
         boots: boots(&image, &std::fs::read(file("log.rtt")).expect("a log")),
         servos,

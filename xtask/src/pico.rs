@@ -71,7 +71,9 @@ pub(crate) fn pico(options: &Options) -> Result<ExitCode> {
             std::fs::copy(&file, &to).with_context(|| format!("copying the image to {}", to.display()))?;
             eprintln!("copied to {}: the Pico restarts with it", to.display());
         }
-        None => eprintln!("next: hold BOOTSEL while you plug the Pico in, then copy this file to its drive RPI-RP2, or give --copy FOLDER"),
+        None => eprintln!(
+            "next: hold BOOTSEL while you plug the Pico in, then copy this file to its drive RPI-RP2, or give --copy FOLDER"
+        ),
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -85,7 +87,8 @@ pub(crate) fn build(workspace: &Workspace, drive: Drive) -> Result<PathBuf> {
     };
     eprintln!("build: {name}");
     let cargo = workspace.smallest_build("firmware-rp2040", options)?;
-    let built = progress::build(vec![Build { label: "firmware for the Pico", cargo, executables: &["firmware-rp2040"] }])?;
+    let built =
+        progress::build(vec![Build { label: "firmware for the Pico", cargo, executables: &["firmware-rp2040"] }])?;
     let built = built.into_iter().flatten().next().context("the build made no program")?;
     let elf = read(&built)?;
     let wrong = |wrong: &'static str| anyhow!("{}: {wrong}", built.display());
@@ -104,7 +107,10 @@ pub(crate) fn build(workspace: &Workspace, drive: Drive) -> Result<PathBuf> {
 /// The UF2 file of an image with the default robot and nothing else, for the tests.
 pub(crate) fn with_default_robot(workspace: &Workspace, elf: &Path) -> Result<PathBuf> {
     let mut parts = program(elf)?;
-    parts.extend(records(workspace, &Options { generator: None, sensor: Vec::new(), robot: None, keep: false, shadow: false, copy: None })?);
+    parts.extend(records(
+        workspace,
+        &Options { generator: None, sensor: Vec::new(), robot: None, keep: false, shadow: false, copy: None },
+    )?);
     let file = elf.with_extension("uf2");
     write(&file, &uf2::blocks(&parts))?;
     Ok(file)
@@ -192,9 +198,7 @@ mod tests {
     #[test]
     fn the_sectors_are_those_of_the_firmware() {
         let board = include_str!("../../firmware-rp2040/src/board.rs");
-        for (name, address) in
-            [("GENERATOR", GENERATOR_SECTOR), ("SENSORS", SENSORS_SECTOR), ("ROBOT", ROBOT_SECTOR)]
-        {
+        for (name, address) in [("GENERATOR", GENERATOR_SECTOR), ("SENSORS", SENSORS_SECTOR), ("ROBOT", ROBOT_SECTOR)] {
             let line = format!("{name}_SECTOR: u32 = 0x{:04X}_{:04X};", address >> 16, address & 0xFFFF);
             assert!(board.contains(&line), "{line}");
         }

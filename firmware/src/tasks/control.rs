@@ -6,9 +6,9 @@
 use portable_atomic::{AtomicU32, Ordering};
 
 use crate::board::BOARD;
+use crate::timing::{LATE_END_US, LATE_US};
 use firmware::lamp::Shown;
 use firmware::pacing::{Pacer, since};
-use crate::timing::{LATE_END_US, LATE_US};
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
