@@ -1,5 +1,5 @@
-//! The image of the Raspberry Pi Pico on rp2040js: boot, the test of the emergency stop, arming, ten seconds of walking with the setpoints of the host to
-//! the bit, pulses, emergency stop, a hang, and what the board refuses.
+//! The image of the Raspberry Pi Pico on rp2040js: boot, the test of the emergency stop, arming, ten seconds of walking with the setpoints of the
+//! host to the bit, pulses, emergency stop, a hang, and what the board refuses.
 //!
 //! What this shows is shown on an emulator that this project did not write, and not on hardware.
 
@@ -213,8 +213,8 @@ fn a_hang_is_reset_by_the_watchdog() {
     assert_eq!(reason, "timer");
     let after_us = (at - HANG_S) * 1e6;
     assert!(after_us > 0.0 && after_us <= f64::from(TIMEOUT_US) + 10.0, "{after_us} us");
-    // The emulator does not show that a reset lets go of the pins. What it shows is the first action of the next boot, which drives them low after the start-up
-    // code has copied the program to RAM.
+    // The emulator does not show that a reset lets go of the pins. What it shows is the first action of the next boot, which drives them low after
+    // the start-up code has copied the program to RAM.
     let driven_low = (at + 0.005) * 1e9;
     let [_, boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
     let record = boot.boot.as_ref().expect("a boot record");

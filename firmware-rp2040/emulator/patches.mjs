@@ -1,5 +1,5 @@
-// Mends, by name, what rp2040js 1.4.1 does otherwise than the chip and this program needs. Each patch has a check in patches.test.mjs that fails when the
-// emulator itself is mended: then the patch goes.
+// Mends, by name, what rp2040js 1.4.1 does otherwise than the chip and this program needs. Each patch has a check in patches.test.mjs that fails
+// when the emulator itself is mended: then the patch goes.
 
 /** The patches: what is wrong without each, and what mends it in one chip. */
 export const PATCHES = {

@@ -1,5 +1,5 @@
-// Checks of the patches: each shows the error of the emulator without its patch, and its absence with it. A check that fails without the patch says that
-// the emulator was mended: then the patch goes.
+// Checks of the patches: each shows the error of the emulator without its patch, and its absence with it. A check that fails without the patch says
+// that the emulator was mended: then the patch goes.
 //
 //   node --test
 

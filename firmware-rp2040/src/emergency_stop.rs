@@ -1,8 +1,8 @@
 //! The emergency stop: a contact that opens to stop, pulled down by the chip, so that a cut cable stops too.
 //!
-//! The chip has no break input that switches its timers off. The non-maskable interrupt stands in for it: the falling edge of the contact's line raises it,
-//! and its handler runs whatever the program does, also with interrupts masked. If the processor hangs for good, the watchdog resets the chip, which lets
-//! go of all pins. The ticks read the contact too.
+//! The chip has no break input that switches its timers off. The non-maskable interrupt stands in for it: the falling edge of the contact's line
+//! raises it, and its handler runs whatever the program does, also with interrupts masked. If the processor hangs for good, the watchdog resets the
+//! chip, which lets go of all pins. The ticks read the contact too.
 
 use cortex_m::peripheral::NVIC;
 use embassy_rp::interrupt;

@@ -3,7 +3,8 @@
 /// Prints one line a protection.
 pub(crate) fn report() {
     defmt::warn!(
-        "no break input: the program switches the servos' supply and the pulses off in the non-maskable interrupt of the emergency stop; if the processor hangs, the watchdog does within 20 ms"
+        "no break input: the program switches the servos' supply and the pulses off in the non-maskable interrupt of the emergency \
+         stop; if the processor hangs, the watchdog does within 20 ms"
     );
     defmt::warn!(
         "no measured supply: 3.3 V are assumed; a low supply is not found, and a wrong one falsifies the sensors' angles"

@@ -1,5 +1,5 @@
-//! Sampling: the converter runs freely at 16 kHz over three sensors and the die's temperature; DMA collects blocks of four scans, and the interrupt at
-//! the end of a block starts a tick.
+//! Sampling: the converter runs freely at 16 kHz over three sensors and the die's temperature; DMA collects blocks of four scans, and the interrupt
+//! at the end of a block starts a tick.
 //!
 //! ```text
 //! conversions, 16 kHz   0 1 2 t 0 1 2 t 0 1 2 t 0 1 2 t        sensors 1 to 3, temperature
@@ -28,8 +28,8 @@ use portable_atomic::{AtomicU32, Ordering};
 use crate::pins::PinRegisters;
 use crate::stopwatch;
 
-/// The chip has no internal reference that its converter could measure. Every sample has this code, and the boot record has it as the factory's: so the
-/// loop computes with the supply at which the factory reads the reference of the other family, 3.3 V.
+/// The chip has no internal reference that its converter could measure. Every sample has this code, and the boot record has it as the factory's: so
+/// the loop computes with the supply at which the factory reads the reference of the other family, 3.3 V.
 pub(crate) const REFERENCE: AdcCode = AdcCode(1501);
 
 /// Channels in a scan, in the order of conversion; 4 is the temperature.

@@ -214,8 +214,8 @@ impl Outputs {
         cuts() != self.seen.0 || !BOARD.emergency_stop.is_high()
     }
 
-    /// Whether everything that shapes a pulse is as written: slices, widths, functions of the pins, and the servo-rail enable; the lines belong to the
-    /// PWM exactly when they should, and the servo frames keep their distance from the clock.
+    /// Whether everything that shapes a pulse is as written: slices, widths, functions of the pins, and the servo-rail enable; the lines belong to
+    /// the PWM exactly when they should, and the servo frames keep their distance from the clock.
     pub(crate) fn as_written(&mut self) -> bool {
         let cut = self.is_cut();
         let [a, b, c, d] = self.widths;

@@ -1,7 +1,7 @@
 //! The image of the Raspberry Pi Pico on rp2040js, an emulator that this project did not write.
 //!
-//! `FOOTFALL_PICO_ELF` and `FOOTFALL_PICO_UF2` name the image and the file that the boot loader takes, which the emulator reads; `cargo xtask test --only pico`
-//! sets them and installs the emulator. A test that uses them names [`test_suite::Need::PicoImage`].
+//! `FOOTFALL_PICO_ELF` and `FOOTFALL_PICO_UF2` name the image and the file that the boot loader takes, which the emulator reads; `cargo xtask test
+//! --only pico` sets them and installs the emulator. A test that uses them names [`test_suite::Need::PicoImage`].
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

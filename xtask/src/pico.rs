@@ -1,5 +1,5 @@
-//! `cargo xtask pico`: builds the image for the Raspberry Pi Pico as a UF2 file, with the parameter records in it, and copies it to the drive that the Pico
-//! shows while its BOOTSEL button is held at power-on. No probe and no other program is needed.
+//! `cargo xtask pico`: builds the image for the Raspberry Pi Pico as a UF2 file, with the parameter records in it, and copies it to the drive that
+//! the Pico shows while its BOOTSEL button is held at power-on. No probe and no other program is needed.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -165,7 +165,8 @@ fn require_drive(folder: &Path) -> Result<()> {
         return Ok(());
     }
     Err(MissingRequirement(format!(
-        "{} is not the drive of a Pico's boot loader: it has no {INFO_FILE}. Hold BOOTSEL while you plug the Pico in, and name the folder of the drive RPI-RP2",
+        "{} is not the drive of a Pico's boot loader: it has no {INFO_FILE}. Hold BOOTSEL while you plug the Pico in, and name the \
+         folder of the drive RPI-RP2",
         folder.display()
     ))
     .into())

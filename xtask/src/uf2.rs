@@ -1,5 +1,5 @@
-//! Writes UF2, the file format of boot loaders that show a chip's flash as a USB drive (<https://github.com/microsoft/uf2>): blocks of 512 bytes, each with
-//! 256 bytes for one page of flash.
+//! Writes UF2, the file format of boot loaders that show a chip's flash as a USB drive (<https://github.com/microsoft/uf2>): blocks of 512 bytes,
+//! each with 256 bytes for one page of flash.
 
 use std::collections::BTreeMap;
 
