@@ -259,7 +259,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Action::Trim { .. } | Action::Jog { .. } => {
                 self.stages.trimmer.take(&mut self.trim, self.status.state, request.action)
             }
-            _ => self.tuner.take(request, self.generator.follow_status().is_some()),
+            _ => self.tuner.take(request, self.frame.following.is_some()),
         };
         self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
         match request.action {
@@ -305,7 +305,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator_sound: self.sound,
             // On the way to the park pose the joints may meet the envelope, which the generator does not.
             pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
-            person_stands: self.generator.follow_status().is_some_and(|status| status.state == Lock::Stopped),
+            person_stands: self.frame.following.is_some_and(|status| status.state == Lock::Stopped),
         }
     }
 
@@ -335,7 +335,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
         self.foot = sample.foot;
         if self.sound {
-            self.tuner.step(&mut self.source, &mut self.generator, self.frame.tick, state.moving());
+            // Whether it follows never changes; its status does not until it is stepped.
+            let follows = self.frame.following.is_some();
+            self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving());
         } else if !state.moving() {
             self.source.reset(&mut self.generator);
         }

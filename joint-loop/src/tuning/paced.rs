@@ -11,7 +11,7 @@ use joint_units::{Joint, Radians};
 pub(crate) struct Paced {
     /// 1 is at the last step, above 0.
     fraction: f32,
-    /// Angles at the step before it.
+    /// Angles at the step before it; old ones while `fraction` is 1, which needs none.
     before: [Radians; Joint::COUNT],
 }
 
@@ -26,9 +26,11 @@ impl Paced {
         self.fraction += speed;
         for _ in 0..2 {
             if self.fraction > 1.0 {
-                self.before = generator.angles();
-                generator.step();
                 self.fraction -= 1.0;
+                if self.fraction != 1.0 {
+                    self.before = generator.angles();
+                }
+                generator.step();
             }
         }
     }

@@ -1,7 +1,5 @@
 //! A value for every parameter.
 
-use joint_units::{Joint, Radians};
-
 use crate::tuning::parameter::{GAITS, Parameter};
 use crate::tuning::request::Outcome;
 use cpg_core::gait::named::Gait;
@@ -70,11 +68,4 @@ impl Settings {
         1000_u32.div_ceil(rate)
     }
 
-    /// Factors of the joints, and what is added to them.
-    pub(crate) fn joints(&self) -> [(f32, Radians); Joint::COUNT] {
-        Joint::ALL.map(|joint| {
-            let degrees = self.value(Parameter::Offset(joint));
-            (self.value(Parameter::Amplitude(joint)), Radians::from_degrees(degrees))
-        })
-    }
 }
