@@ -97,7 +97,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.generate(sample, status.state);
 
         // Blend.
-        self.weight = self.stages.blend.advance_from(self.weight, actions.motion, self.gating == self.parked);
+        let at_park = !self.weight.is_at_start() || self.gating == self.parked;
+        self.weight = self.stages.blend.advance_from(self.weight, actions.motion, at_park);
         let target = self.target();
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
@@ -239,12 +240,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Converts codes to angles; returns the worst validity of all sensors.
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Validity {
         let mut worst = Validity::Good;
-        let channels = self.stages.sensors.iter().zip(&mut self.sensor_states).zip(sample.codes);
+        let channels = self.stages.sensors.iter().zip(&mut self.sensor_states).zip(&sample.codes);
         let seen = self.frame.measured.iter_mut().zip(&mut self.frame.validity);
         for (((sensor, state), code), (angle, validity)) in channels.zip(seen) {
             let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
-            let reading = sensor.sample(state, code, sample.vrefint);
+            let reading = sensor.sample(state, *code, sample.vrefint);
             (*angle, *validity) = (reading.angle, Some(reading.validity));
             worst = worst.worse(reading.validity);
         }

@@ -67,5 +67,4 @@ impl Settings {
         let rate = u32::try_from(self.thousandths(Parameter::RecordRate) / 1000).unwrap_or(1).max(1);
         1000_u32.div_ceil(rate)
     }
-
 }

@@ -1,10 +1,10 @@
 //! Takes requests, stages settings, and leads the motion to them.
 
-use cpg_core::gait::named::DefaultGait;
 use cpg_core::Generator;
+use cpg_core::gait::named::DefaultGait;
 use joint_units::{Joint, Period, Radians};
 
-use crate::motion::ramp::{fraction, minimum_jerk};
+use crate::motion::ramp::ramp;
 use crate::tuning::effect::Effect;
 use crate::tuning::parameter::Parameter;
 use crate::tuning::request::{Action, Answer, Outcome, Request};
@@ -169,32 +169,39 @@ impl Tuner {
         moving: bool,
     ) {
         self.advance(source, tick, moving);
-        source.step(own, follows, self.effect(self.weight()).speed);
+        let speed = if self.ramp.is_some() { self.present(self.weight()).speed } else { self.effect.speed };
+        source.step(own, follows, speed);
     }
 
     /// The angles with amplitudes and offsets; with the default settings those of the generator, bit for bit.
     pub(crate) fn angles<G: Generator<{ Joint::COUNT }>>(&self, source: &Source, own: &G) -> [Radians; Joint::COUNT] {
         let weight = self.weight();
         let mut angles = source.angles(own, weight);
-        let joints = self.effect(weight).joints;
-        for ((angle, park), (factor, added)) in angles.iter_mut().zip(self.robot.park).zip(joints) {
-            if factor != 1.0 || added.0 != 0.0 {
+        let present;
+        let effect = if self.ramp.is_some() {
+            present = self.present(weight);
+            &present
+        } else {
+            &self.effect
+        };
+        for ((angle, park), (factor, added)) in angles.iter_mut().zip(&self.robot.park).zip(&effect.joints) {
+            if *factor != 1.0 || added.0 != 0.0 {
                 angle.0 = park.0 + (angle.0 - park.0) * factor + added.0;
             }
         }
         angles
     }
 
-    /// Effect of the settings in this tick.
-    fn effect(&self, weight: f32) -> Effect {
-        if self.ramp.is_some() { self.was.towards(&self.effect, weight) } else { self.effect }
+    /// Effect of the settings during the ramp.
+    fn present(&self, weight: f32) -> Effect {
+        self.was.towards(&self.effect, weight)
     }
 
     /// Share of the present settings.
     fn weight(&self) -> f32 {
         match self.ramp {
             None => 1.0,
-            ramp => minimum_jerk(fraction(ramp, self.ramp_ticks)),
+            elapsed => ramp(elapsed, self.ramp_ticks),
         }
     }
 }
