@@ -164,6 +164,25 @@ impl Scalar for f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    /// 100,000 cases, or as many as the variable `FOOTFALL_CASES` says.
+    fn cases() -> u32 {
+        std::env::var("FOOTFALL_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100_000)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+        /// One compare of the magnitude decides as the two compares do, and clamping leaves the bits that the compares alone leave.
+        #[test]
+        fn within_is_between_both_ends(value in any::<f32>(), limit in any::<f32>(), pick in 0_usize..8) {
+            let value = [value, limit, -limit, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0][pick];
+            prop_assert_eq!(value.is_within(limit), value < limit && value > -limit, "{} {}", value, limit);
+            let clamped = if value > limit { limit } else if value < -limit { -limit } else { value };
+            prop_assert_eq!(value.clamp_to(limit).to_bits(), clamped.to_bits(), "{} {}", value, limit);
+        }
+    }
 
     #[test]
     fn clamping_keeps_the_sign_and_what_is_not_a_number() {

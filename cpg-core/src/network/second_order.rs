@@ -116,6 +116,10 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
     }
 
     fn inside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
+        let within = |values: &[T; N], limits: &[T; N]| values.iter().zip(limits).all(|(x, limit)| x.is_within(*limit));
+        if within(&state.x, &self.limit.x) && within(&state.v, &self.limit.v) {
+            return Ok(());
+        }
         let oscillators = state.x.iter().zip(&state.v).zip(self.limit.x.iter().zip(&self.limit.v));
         for (index, ((&x, &v), (&limit_x, &limit_v))) in oscillators.enumerate() {
             for (name, value, limit) in [("displacement", x, limit_x), ("velocity", v, limit_v)] {
