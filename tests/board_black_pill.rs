@@ -145,9 +145,11 @@ fn no_pin_moves_before_it_is_armed() {
 /// From 0.8 to 3 cycles an instruction, at 100 MHz: no tick is late, and the widths are written far from the start of a servo frame.
 fn its_ticks_are_on_time_at_any_speed_of_the_processor() {
     for cpi in ["0.8", "1", "2", "3"] {
-        // At 3 cycles an instruction the board boots in more than the 50 ms after which `ARM` presses the key.
+        // At 3 cycles an instruction the board boots in more than the 50 ms after which the stop is tested before `ARM`.
         let volts = default_volts_file();
-        let mut options: Vec<OsString> = ["--cpi", cpi, "--secs", "4", "--press", "0.3:0.4"].map(Into::into).to_vec();
+        let gestures = ["--emergency-stop", "0.15:0.1", "--press", "0.3:0.4"];
+        let mut options: Vec<OsString> =
+            ["--cpi", cpi, "--secs", "4"].into_iter().chain(gestures).map(Into::into).collect();
         options.extend(["--loop".into(), "--volts".into(), volts.into()]);
         let ran = Board::black_pill().run(options);
         ran.assert_sound();

@@ -15,7 +15,7 @@ use test_suite::{report, tests};
 use wire::{Boot, Record, Reset, Subject};
 
 /// Boots without `FOOTFALL_BOOTS`.
-const SAMPLE: usize = 44;
+const SAMPLE: usize = 1_000;
 /// States of the run `crashes`: so many crashes in a row before.
 const CRASHES: [&str; 5] = ["no crash", "one crash", "two crashes", "three crashes", "four crashes"];
 /// Causes of a reset: in the file of a campaign, and as the board has to report them.
@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 
 /// What is wrong with the parameter sectors: the half-words that change, and what the board then refuses.
 struct Damage {
-    name: &'static str,
+    name: String,
     halves: Vec<(u32, u16)>,
     refused: Option<Subject>,
 }
@@ -46,11 +46,15 @@ fn damages() -> Vec<Damage> {
     let record = robot_record::record_of(&RobotConfig::default_biped(), &RecordName::BUILT_IN);
     let half = |at: usize| u16::from_le_bytes([record.bytes()[at], record.bytes()[at + 1]]);
     let end = record.bytes().len();
-    let mut all = vec![Damage { name: "none", halves: vec![], refused: None }];
-    for (sector, refused) in [(GENERATOR_SECTOR, Subject::GeneratorRecord), (SENSORS_SECTOR, Subject::SensorRecord)] {
-        for (name, at, half) in
-            [("a bit at its end", LAST, 0x7FFF), ("half a magic word", 0, 0x4646), ("zeros", 0x100, 0)]
+    let mut all = vec![Damage { name: "no damage".into(), halves: vec![], refused: None }];
+    for (of, sector, refused) in [
+        ("generator's sector", GENERATOR_SECTOR, Subject::GeneratorRecord),
+        ("sensors' sector", SENSORS_SECTOR, Subject::SensorRecord),
+    ] {
+        for (what, at, half) in
+            [("a bit at the end", LAST, 0x7FFF), ("half a magic word", 0, 0x4646), ("zeros", 0x100, 0)]
         {
+            let name = format!("{what} of the {of}");
             all.push(Damage { name, halves: vec![(sector + at, half)], refused: Some(refused) });
         }
     }
@@ -61,7 +65,7 @@ fn damages() -> Vec<Damage> {
         ("a bit behind the robot's record", vec![(LAST as usize, 0x7FFF)]),
     ] {
         let halves = changes.into_iter().map(|(at, half)| (ROBOT_SECTOR + at as u32, half)).collect();
-        all.push(Damage { name, halves, refused: Some(Subject::RobotRecord) });
+        all.push(Damage { name: name.into(), halves, refused: Some(Subject::RobotRecord) });
     }
     all
 }

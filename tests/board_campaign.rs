@@ -3,7 +3,7 @@
 
 use footfall_tests::campaign::{self, Outcome, faults_file, head};
 use joint_loop::tuning::{Action, Request};
-use joint_loop::{Direction, GateConfig, ServoConfig};
+use joint_loop::{Direction, RobotConfig};
 use joint_units::{Joint, PulseMicros};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use std::process::ExitCode;
@@ -36,7 +36,7 @@ fn table() -> toml::Table {
 fn the_limits_are_those_of_the_default_robot() {
     let file = table();
     let limit = |key: &str, joint: usize| file["limits"][key][joint].as_float().expect("a number");
-    let (gate, servos) = (GateConfig::default_biped(), ServoConfig::default_biped());
+    let RobotConfig { gate, servos, park, .. } = RobotConfig::default_biped();
     for (joint, servo) in servos.iter().enumerate() {
         let direction = if servo.direction == Direction::Forward { 1.0 } else { -1.0 };
         let micros = |angle: f32| {
@@ -49,6 +49,8 @@ fn the_limits_are_those_of_the_default_robot() {
         assert!((limit("most_us", joint) - most).abs() < 0.1, "joint {joint}: {most}");
         let rate = f64::from(servo.micros_per_radian * gate.rate[joint].0);
         assert!((limit("us_per_s", joint) - rate).abs() < 0.2, "joint {joint}: {rate}");
+        let park = micros(park[joint].0);
+        assert!((limit("park_us", joint) - park).abs() < 0.1, "joint {joint}: {park}");
     }
 }
 

@@ -183,7 +183,7 @@ fn a_state_of_some_milliseconds_is_in_the_log() {
     let mut shortest = u32::MAX;
     for ms in 0..4 {
         // Armed at the release of the button, 20 ms of debouncing later.
-        let stop = format!("{}:0.1", 0.3901 + f64::from(ms) * 2e-3);
+        let stop = format!("{}:0.1", 0.4001 + f64::from(ms) * 2e-3);
         let mut options: Vec<OsString> =
             ["--press", ARM, "--secs", "1", "--emergency-stop", STOP_TEST, &stop].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone()]);

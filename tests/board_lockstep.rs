@@ -114,10 +114,10 @@ impl Inputs {
 
 /// Presses: when, ms, of what, and whether it is the beginning.
 const PRESSES: [(u64, &str, bool); 6] = [
-    (50, "button", true),
-    (100, "stop", true),
-    (200, "stop", false),
-    (370, "button", false),
+    (45, "stop", true),
+    (70, "stop", false),
+    (75, "button", true),
+    (385, "button", false),
     (3_500, "button", true),
     (3_600, "button", false),
 ];

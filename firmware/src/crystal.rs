@@ -22,7 +22,8 @@ pub const TIMEOUT_COUNTS: u32 = 160_000;
 
 const PERIODS: u32 = HSE_DIVIDER as u32 * EDGES_A_CAPTURE * INTERVALS;
 
-/// Error of HSI from -40 to 105 degrees, permille of its frequency: the data sheet has -8 % to 4.5 % (STM32F407 table 34).
+/// Error of HSI from -40 to 105 degrees, permille of its frequency: -8 % to 4.5 %, as the data sheet of the STM32F405 and F407 has it in the table of
+/// HSI's characteristics. Where another chip is off by more, a good crystal may be refused at an extreme temperature, never a wrong one taken.
 const HSI_ERROR_PERMILLE: RangeInclusive<i32> = -80..=45;
 
 /// A measurement may be off by so much more: two captures, each with an error of a count, and the tolerance of a crystal.

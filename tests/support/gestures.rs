@@ -5,13 +5,13 @@ use std::ffi::OsString;
 use crate::recordings::default_volts_file;
 
 /// A hold of the button that arms a board as soon as it has booted: the value of `--press`. The joints are armed at [`ARMED_S`].
-pub const ARM: &str = "0.05:0.32";
+pub const ARM: &str = "0.076:0.304";
 
 /// When a board that was armed by [`ARM`] is armed at the latest, s after power-on: the release, and 20 ms of debouncing.
-pub const ARMED_S: f64 = 0.4;
+pub const ARMED_S: f64 = 0.405;
 
-/// Presses the emergency stop while the button is held by [`ARM`]: its test, without which a board does not arm. The value of `--emergency-stop`.
-pub const STOP_TEST: &str = "0.1:0.1";
+/// Presses the emergency stop before the button is held by [`ARM`]: its test, without which a board does not arm. The value of `--emergency-stop`.
+pub const STOP_TEST: &str = "0.05:0.024";
 
 /// A press that stops a motion at this time, s: the value of `--press`.
 #[must_use]

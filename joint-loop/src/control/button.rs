@@ -83,6 +83,8 @@ pub enum ButtonEvent {
     TooLong,
     /// It was released, and was pressed too often before.
     TooMany,
+    /// It was released, and the emergency stop was pressed meanwhile.
+    Stopped,
 }
 
 /// State of the button: the accepted level, and the present press.
@@ -100,6 +102,8 @@ pub struct Press {
     spent: bool,
     /// This press is refused.
     refused: bool,
+    /// The emergency stop was pressed during this press.
+    stopped: bool,
     /// Periods since the last presses, the latest first.
     since: [u32; PRESSES - 1],
     /// Periods for which presses are still refused.
@@ -117,6 +121,7 @@ impl Default for Press {
             steadiest: 0,
             spent: true,
             refused: false,
+            stopped: false,
             since: [u32::MAX; PRESSES - 1],
             refused_for: 0,
         }
@@ -127,6 +132,11 @@ impl Press {
     /// Uses the present press up: its release is no event.
     pub fn spend(&mut self) {
         self.spent = true;
+    }
+
+    /// The emergency stop is pressed: a hold that goes on meanwhile is none that arms.
+    pub fn stop(&mut self) {
+        self.stopped = true;
     }
 
     /// Takes the periods since the last tick.
@@ -166,7 +176,7 @@ impl Button {
             *latest = 0;
         }
         press.refused = press.refused_for > 0;
-        (press.lasts, press.steadiest, press.spent) = (0, press.steady, false);
+        (press.lasts, press.steadiest, press.spent, press.stopped) = (0, press.steady, false, false);
         ButtonEvent::Press
     }
 
@@ -174,6 +184,7 @@ impl Button {
         match press {
             Press { spent: true, .. } => ButtonEvent::None,
             Press { refused: true, .. } => ButtonEvent::TooMany,
+            Press { stopped: true, .. } => ButtonEvent::Stopped,
             Press { lasts, .. } if *lasts > self.hold_most => ButtonEvent::TooLong,
             Press { steadiest, .. } if *steadiest < self.hold_least => ButtonEvent::TooShort,
             _ => ButtonEvent::Hold,
@@ -234,6 +245,27 @@ mod tests {
             assert_eq!(after_hold(&mut press, ticks), want, "{ticks}");
             assert_eq!(events(&mut press, false, 100_000), [], "nothing follows the release");
         }
+    }
+
+    #[test]
+    fn a_hold_in_which_the_emergency_stop_was_pressed_is_none() {
+        let mut press = released();
+        for stopped_after in [20, 200, 399] {
+            events(&mut press, false, 10_000);
+            events(&mut press, true, stopped_after);
+            press.stop();
+            events(&mut press, true, 400 - stopped_after);
+            assert_eq!(events(&mut press, false, 20), [(20, ButtonEvent::Stopped)]);
+        }
+        // Also while the release is not accepted yet; not before the press.
+        events(&mut press, false, 10_000);
+        events(&mut press, true, 400);
+        events(&mut press, false, 19);
+        press.stop();
+        assert_eq!(events(&mut press, false, 1), [(1, ButtonEvent::Stopped)]);
+        events(&mut press, false, 10_000);
+        press.stop();
+        assert_eq!(after_hold(&mut press, 400), ButtonEvent::Hold);
     }
 
     #[test]

@@ -263,6 +263,7 @@ impl Cause {
             ButtonEvent::TooShort => Some(Self::HoldShort),
             ButtonEvent::TooLong => Some(Self::HoldLong),
             ButtonEvent::TooMany => Some(Self::Presses),
+            ButtonEvent::Stopped => Some(Self::BreakInput),
             ButtonEvent::None | ButtonEvent::Press | ButtonEvent::Hold => None,
         }
     }
@@ -410,13 +411,14 @@ pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus
 mod tests {
     use super::*;
 
-    const EVENTS: [ButtonEvent; 6] = [
+    const EVENTS: [ButtonEvent; 7] = [
         ButtonEvent::None,
         ButtonEvent::Press,
         ButtonEvent::Hold,
         ButtonEvent::TooShort,
         ButtonEvent::TooLong,
         ButtonEvent::TooMany,
+        ButtonEvent::Stopped,
     ];
 
     /// Every status with every input, and the result of `next`.
@@ -484,7 +486,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 31 * 63 * 24);
+        assert_eq!(checked, 8 * 31 * 63 * EVENTS.len() * 4);
     }
 
     #[test]
@@ -575,6 +577,7 @@ mod tests {
                         ButtonEvent::TooShort => Cause::HoldShort,
                         ButtonEvent::TooLong => Cause::HoldLong,
                         ButtonEvent::TooMany => Cause::Presses,
+                        ButtonEvent::Stopped => Cause::BreakInput,
                         _ => before.cause,
                     };
                     assert_eq!(after.cause, refused);

@@ -81,6 +81,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // Count. Missed periods are counted and dropped.
         let elapsed = self.count(sample);
         let button = self.stages.button.sample(&mut self.press, sample.button, elapsed);
+        if sample.faults.contains(BoardFaults::BREAK_INPUT) {
+            self.press.stop();
+        }
 
         // Measure.
         let sensors = self.measure(sample, elapsed);

@@ -14,7 +14,7 @@ pub(crate) enum ConsoleCommand {
     Press,
     /// `release`: release it.
     Release,
-    /// `hold`: press it for half a virtual second, a hold whose release arms.
+    /// `hold`: press it for half a virtual second, a hold whose release arms. It begins when a present `stop` has ended.
     Hold,
     /// `stop`: press the emergency stop for a tenth of a virtual second.
     Stop,

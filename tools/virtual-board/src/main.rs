@@ -35,6 +35,7 @@ mod script;
 mod scs;
 mod semihosting;
 mod serial;
+mod servo_pulse;
 mod servos;
 mod systick;
 mod tables;

@@ -105,6 +105,14 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
+    /// Presses the button for a deliberate hold, from a time on, s, or as soon as the emergency stop is released.
+    pub(crate) fn press_deliberately(&mut self, seconds: f64) {
+        let present = self.stops.iter().filter(|stop| stop.is_on(seconds));
+        let at = present.map(|stop| stop.at + stop.hold).fold(seconds, f64::max);
+        self.presses.push(ButtonPress::deliberate(at));
+        self.changed.set(true);
+    }
+
     /// Drops the presses that have not begun at a time, s.
     pub(crate) fn drop_presses_after(&mut self, seconds: f64) {
         self.presses.retain(|press| press.at <= seconds);
@@ -327,7 +335,7 @@ mod tests {
                 && plant.input_level(BUTTON, 1.05)
                 && !plant.input_level(BUTTON, 1.1)
         );
-        plant.press_button(ButtonPress::deliberate(3.0));
+        plant.press_deliberately(3.0);
         assert_eq!(plant.next_pin_change(3.0), Some(3.0), "the chip must sample at once");
         assert!(plant.input_level(BUTTON, 3.0) && plant.input_level(BUTTON, 3.499) && !plant.input_level(BUTTON, 3.5));
         assert_eq!(plant.next_pin_change(3.0), Some(3.5));
@@ -347,6 +355,12 @@ mod tests {
         assert_eq!((plant.next_pin_change(0.5), plant.next_pin_change(2.0)), (Some(2.0), Some(2.1)));
         let levels = [0.0, 1.999, 2.0, 2.099, 2.1].map(|seconds| plant.input_level(EMERGENCY_STOP, seconds));
         assert_eq!(levels, [true, true, false, false, true]);
+        // A hold waits for the release.
+        plant.press_deliberately(2.05);
+        assert_eq!(
+            [2.05, 2.099, 2.1, 2.599, 2.6].map(|s| plant.input_level(BUTTON, s)),
+            [false, false, true, true, false]
+        );
         // A cut cable.
         let cut = BTreeMap::from([(EMERGENCY_STOP, LevelTable::fixed(false))]);
         assert!(

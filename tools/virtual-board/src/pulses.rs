@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use stm32f4_model::Pin;
 
 use crate::modelled_board::Wiring;
+use crate::servo_pulse::{PulseSupply, ServoPulse};
 
 /// Time after disarming in which a falling edge counts as its effect, s.
 const DISARM_EDGE_S: f64 = 1e-6;
@@ -18,7 +19,7 @@ const DISARM_EDGE_S: f64 = 1e-6;
 pub(crate) struct PulsePeriod {
     /// Time of the first rising edge, s.
     pub(crate) seconds: f64,
-    /// Pulse width of each servo, us; `None`: no pulse.
+    /// Pulse width of each servo, us, the last one if it had several; `None`: no pulse.
     pub(crate) us: [Option<f64>; 4],
     /// Compare value of the timer at the start of each pulse, us; `None`: the timer did not start it.
     pub(crate) programmed_us: [Option<f64>; 4],
@@ -98,7 +99,10 @@ pub(crate) struct Pulses {
     kept: Vec<PinEdge>,
     /// The edges of the lamps, if they are recorded.
     lamps: Option<Vec<PinEdge>>,
+    /// The servos' supply in each pulse that has begun.
+    supplies: [Option<PulseSupply>; 4],
     periods: Vec<PulsePeriod>,
+    pulses: Vec<ServoPulse>,
     activity: Vec<TimedOutputChange>,
 }
 
@@ -184,10 +188,15 @@ impl Pulses {
         }
     }
 
-    /// Since when each servo pin is high, s.
-    #[must_use]
-    pub(crate) const fn high_since(&self) -> [Option<f64>; 4] {
-        self.rise
+    /// The pulses that last at this time, s.
+    pub(crate) fn unfinished(&self, seconds: f64) -> impl Iterator<Item = ServoPulse> {
+        (0..self.rise.len()).filter_map(move |servo| self.pulse(servo, seconds))
+    }
+
+    /// The pulse that began at a servo pin, if one did, up to this time, s.
+    fn pulse(&self, servo: usize, to: f64) -> Option<ServoPulse> {
+        let (from, supply) = (self.rise[servo]?, self.supplies[servo]?);
+        Some(ServoPulse { servo, from, to, programmed_us: self.programmed[servo], supply })
     }
 
     /// True while a servo pin is high.
@@ -211,6 +220,9 @@ impl Pulses {
         }
         if pin == self.wiring.rail {
             self.rail = level;
+            if !level {
+                self.supplies.iter_mut().flatten().for_each(|supply| supply.end(seconds));
+            }
             self.note(seconds, OutputChange::Rail(level));
         }
         let Some(servo) = self.wiring.servos.iter().position(|&servo| servo == pin) else { return };
@@ -221,10 +233,12 @@ impl Pulses {
         }
         let was_high = self.any_high();
         if level {
-            self.rise[servo] = Some(seconds);
+            (self.rise[servo], self.supplies[servo]) = (Some(seconds), Some(PulseSupply::begin(self.rail)));
             self.period.get_or_insert(seconds);
-        } else if let Some(rise) = self.rise[servo].take() {
-            let us = (seconds - rise) * 1e6;
+        } else if let Some(pulse) = self.pulse(servo, seconds) {
+            (self.rise[servo], self.supplies[servo]) = (None, None);
+            let us = pulse.us();
+            self.pulses.push(pulse);
             self.done[servo] = Some(us);
             let (min, max) = self.extremes[servo].unwrap_or((us, us));
             self.extremes[servo] = Some((min.min(us), max.max(us)));
@@ -247,12 +261,17 @@ impl Pulses {
     /// True if a period was completed or an output has changed since they were last taken.
     #[must_use]
     pub(crate) fn has_news(&self) -> bool {
-        !self.periods.is_empty() || !self.activity.is_empty()
+        !self.periods.is_empty() || !self.pulses.is_empty() || !self.activity.is_empty()
     }
 
     /// The periods completed since the last call.
     pub(crate) fn take_periods(&mut self) -> Vec<PulsePeriod> {
         std::mem::take(&mut self.periods)
+    }
+
+    /// The pulses that ended since the last call, in the order of their ends.
+    pub(crate) fn take_pulses(&mut self) -> Vec<ServoPulse> {
+        std::mem::take(&mut self.pulses)
     }
 
     /// The changes since the last call, in the order of time.
@@ -325,6 +344,31 @@ mod tests {
         assert_eq!(rails, [true, false]);
         let changes = pulses.take_activity();
         assert!(changes.iter().any(|noted| noted.change == OutputChange::Rail(false) && noted.seconds == 0.0405));
+    }
+
+    #[test]
+    fn each_pulse_has_its_own_edges_and_supply() {
+        let mut pulses = Pulses::default();
+        pulses.set_armed(true, 0.0);
+        pulses.edge(SERVOS[1], true, 0.01);
+        pulses.edge(SERVOS[1], false, 0.011);
+        pulses.edge(RAIL, true, 0.015);
+        pulse(&mut pulses, 0.02, [1500.0, 1400.0, 1600.0, 1500.0]);
+        // Two pulses in one frame, in the second of which the supply goes.
+        SERVOS[..2].iter().for_each(|&pin| pulses.edge(pin, true, 0.04));
+        pulses.edge(SERVOS[0], false, 0.0405);
+        pulses.edge(SERVOS[0], true, 0.0406);
+        pulses.edge(RAIL, false, 0.0407);
+        pulses.edge(SERVOS[0], false, 0.041);
+        let all = pulses.take_pulses();
+        assert_eq!(all.iter().map(|pulse| pulse.servo).collect::<Vec<_>>(), [1, 1, 0, 3, 2, 0, 0]);
+        assert_eq!(all[0].supply, PulseSupply::Absent);
+        assert!(all[1..6].iter().all(|pulse| pulse.supply == PulseSupply::Whole));
+        assert!((all[5].us() - 500.0).abs() < 1e-6 && (all[5].to - 0.0405).abs() < 1e-9);
+        assert_eq!((all[6].from, all[6].lost_supply()), (0.0406, Some(0.0407)));
+        let left: Vec<ServoPulse> = pulses.unfinished(0.05).collect();
+        assert_eq!((left.len(), left[0].servo, left[0].lost_supply()), (1, 1, Some(0.0407)));
+        assert!(pulses.take_pulses().is_empty());
     }
 
     #[test]

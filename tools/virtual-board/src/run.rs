@@ -21,6 +21,7 @@ use std::time::Instant;
 use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig};
 
+use crate::addresses::FLASH;
 use crate::board::BoardModel;
 use crate::campaign::Driving;
 use crate::console::Console;
@@ -29,7 +30,7 @@ use crate::exception::OmittedParts;
 use crate::execution_trace::{Event, ExecutionTrace};
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
-use crate::judge::{Judge, JudgeLog, Limits};
+use crate::judge::{Judge, JudgeLog, Limits, PARAMETERS_END};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
 use crate::plant::{BoardPlant, EMERGENCY_STOP};
@@ -478,7 +479,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             }
         }
         self.change_memory(cause)?;
-        self.judge.reset(now.seconds);
+        let cpu = &self.cpu;
+        self.judge.reset(now.seconds, || {
+            let mut flash = vec![0; PARAMETERS_END];
+            cpu.read_memory(FLASH, &mut flash).then(|| Limits::of_flash(&flash))?
+        });
         self.resets.push(ResetRecord { t_s: report::seconds(now.seconds), cause: cause.to_string() });
         self.boot(cause);
         self.schedule_stop();

@@ -20,8 +20,9 @@ use unicorn_engine::{
 
 use crate::addresses::{FLASH, FLASH_SIZE};
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
-use crate::execution_trace::{self, Event, ExecutionTrace};
 use crate::nvic::Masks;
+
+mod tracing;
 
 /// Start and size in bytes of the RAM regions: SRAM, and the core-coupled memory.
 const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
@@ -222,7 +223,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         };
         cpu.hook_translation()?;
         cpu.map_devices()?;
-        cpu.hook_blocks()?;
+        cpu.hook_blocks(|_, _| ())?;
         cpu.hook_traps()?;
         cpu.hook_hints(image)?;
         Ok(cpu)
@@ -259,8 +260,9 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(())
     }
 
-    /// One hook from address 0 to the end of flash: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
-    fn hook_blocks(&mut self) -> Result<()> {
+    /// Hooks the blocks, in place of the hook before; `executed` takes the address and the size of each that is executed. One hook from address 0 to
+    /// the end of flash: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
+    fn hook_blocks(&mut self, mut executed: impl FnMut(u32, u32) + 'static) -> Result<()> {
         let (machine, counts, hook_results) =
             (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
         let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
@@ -272,53 +274,14 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 let _ = uc.emu_stop();
             } else {
                 machine.charge(addr as u32, instructions);
+                executed(addr as u32, size);
             }
         };
-        self.replace_block_hook(hook)
-    }
-
-    fn replace_block_hook(&mut self, hook: impl FnMut(&mut Uc<'_>, u64, u32) + 'static) -> Result<()> {
         if let Some(before) = self.block_hook.take() {
             convert_error(self.uc.remove_hook(before), "removing the hook of blocks")?;
         }
         let hooked = self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook);
         self.block_hook = Some(convert_error(hooked, "hooking blocks")?);
-        Ok(())
-    }
-
-    /// Hooks blocks and divisions for a trace. Not reads: with a hook of reads Unicorn 2.1.5 executes a program differently (a handler found the
-    /// interrupts masked).
-    ///
-    /// # Errors
-    /// Unicorn refuses a hook.
-    pub(crate) fn trace_execution(&mut self, trace: &Rc<RefCell<ExecutionTrace>>) -> Result<()> {
-        let (machine, counts, hook_results) =
-            (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
-        let blocks = Rc::clone(trace);
-        self.replace_block_hook(move |uc, addr, size| {
-            let mut machine = machine.borrow_mut();
-            let instructions = counts.instructions(addr as u32, size);
-            if machine.before_block(instructions, || read_masks(uc)) {
-                hook_results.stop.set(Some(Stop::Requested));
-                let _ = uc.emu_stop();
-            } else {
-                machine.charge(addr as u32, instructions);
-                blocks.borrow_mut().note(Event::Block(addr as u32, size));
-            }
-        })?;
-        let image = self.counts.image.borrow().clone();
-        for (addr, registers, signed) in execution_trace::divisions(&image) {
-            for base in [0, FLASH] {
-                let at = u64::from(addr - FLASH + base);
-                let trace = Rc::clone(trace);
-                let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
-                    let [dividend, divisor] =
-                        registers.map(|number| execution_trace::magnitude_bits(get(uc, Reg::R(number)), signed));
-                    trace.borrow_mut().note(Event::Division(dividend, divisor));
-                };
-                convert_error(self.uc.add_code_hook(at, at, hook), "hooking a division")?;
-            }
-        }
         Ok(())
     }
 

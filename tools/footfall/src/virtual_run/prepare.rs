@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::settings::{ARM_AT_S, DEFAULT_SECS, DISARM_BEFORE_END_S, PRESS_S, Press, STOP_TEST_AT_S, Settings, Show};
+use super::settings::{ARM_AT_S, DEFAULT_SECS, DISARM_BEFORE_END_S, PRESS_S, Press, STOP_TEST_S, Settings, Show};
 use crate::board::feed;
 use crate::board::feed::Feed;
 use crate::board::image::Image;
@@ -100,7 +100,8 @@ pub(super) fn arguments(settings: &Settings, prepared: &Prepared) -> Result<Argu
         all.extend(["--secs".into(), secs.to_string().into()]);
     }
     if tests_stop(settings) {
-        all.extend(["--emergency-stop".into(), STOP_TEST_AT_S.to_string().into()]);
+        let [at_s, hold_s] = STOP_TEST_S;
+        all.extend(["--emergency-stop".into(), format!("{at_s}:{hold_s}").into()]);
     }
     for press in &prepared.presses {
         all.extend(["--press".into(), format!("{press}:{PRESS_S}").into()]);

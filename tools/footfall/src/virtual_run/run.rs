@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::prepare::{Prepared, about, arguments, prepare, tests_stop};
-use super::settings::{STOP_TEST_AT_S, Settings, Show};
+use super::settings::{STOP_TEST_S, Settings, Show};
 use super::tuned::Tuned;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
@@ -47,7 +47,8 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     }
     if tests_stop(settings) {
         messages::status(format_args!(
-            "emergency stop: pressed and released at {STOP_TEST_AT_S} s; without this test after each boot a board does not arm"
+            "emergency stop: pressed and released at {} s; without this test after each boot a board does not arm",
+            STOP_TEST_S[0]
         ));
     }
     if let Some(path) = &settings.generator {

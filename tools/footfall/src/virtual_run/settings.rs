@@ -11,8 +11,9 @@ use std::str::FromStr;
 /// When `--press auto` begins to hold the button, in virtual seconds.
 pub const ARM_AT_S: f64 = 0.1;
 
-/// When the emergency stop is pressed, in virtual seconds, for a tenth of a second: its test, without which the board does not arm.
-pub const STOP_TEST_AT_S: f64 = 0.1;
+/// When the emergency stop is pressed, and for how long, in virtual seconds: its test, without which the board does not arm. It ends before
+/// [`ARM_AT_S`], because a hold during which the stop is pressed does not arm.
+pub const STOP_TEST_S: [f64; 2] = [0.05, 0.04];
 
 /// How long before the end `--disarm` presses the button: the stop takes 1 s, and half a second shows that nothing moves after it.
 pub const DISARM_BEFORE_END_S: f64 = 1.7;

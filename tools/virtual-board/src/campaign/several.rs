@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn a_case_is_that_of_its_seed() {
         let campaign = Campaign::parse(
-            "phases = 1\n[limits]\nleast_us = [0, 0, 0, 0]\nmost_us = [9, 9, 9, 9]\nus_per_s = [1, 1, 1, 1]\n\
+            "phases = 1\n[limits]\nleast_us = [0, 0, 0, 0]\nmost_us = [9, 9, 9, 9]\nus_per_s = [1, 1, 1, 1]\npark_us = [9, 9, 9, 9]\n\
              [[run]]\nname = \"a\"\nstate = [{ name = \"x\", at_s = 1, outputs = true }, { name = \"y\", at_s = 2, outputs = true }]\n\
              [[register]]\nname = \"r\"\naddress = 0\nbits = [0, 1, 2, 3, 4, 5, 6, 7]\nstates = [\"y\", \"x\"]\n\
              expect = { reaction = \"any\", within_ms = 1 }\n\

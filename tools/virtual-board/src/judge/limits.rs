@@ -15,6 +15,11 @@ pub(crate) struct Limits {
     pub(crate) most_us: [f64; 4],
     /// Fastest change, us a second.
     pub(crate) us_per_s: [f64; 4],
+    /// Pulse in the park pose, us.
+    pub(crate) park_us: [f64; 4],
+    /// Neutral pulse, at which a trim begins, us; `None`: no trim.
+    #[serde(skip)]
+    pub(crate) neutral_us: Option<[f64; 4]>,
     /// Shortest and longest pulse of each servo in a trim, in which the range of the joint is not known yet, us; `None`: no trim.
     #[serde(skip)]
     pub(crate) trim_us: Option<[[f64; 2]; 4]>,
@@ -24,6 +29,8 @@ pub(crate) struct Limits {
 const SECTORS: [(usize, &[u8; 4]); 3] = [(0x4000, b"FFWK"), (0x8000, b"FFSN"), (0xC000, b"FFRB")];
 /// Bytes of a sector.
 const SECTOR_BYTES: usize = 0x4000;
+/// Bytes from the start of flash to the end of the parameter sectors.
+pub(crate) const PARAMETERS_END: usize = 0x1_0000;
 /// Bytes before the words of a record, and after them.
 const HEAD: usize = 36;
 const TAIL: usize = 8;
@@ -78,6 +85,8 @@ pub(crate) struct Joint {
     pub(crate) range: [f64; 2],
     /// Highest rate, rad/s.
     pub(crate) rate: f64,
+    /// Angle in the park pose, rad.
+    pub(crate) park: f64,
     /// Shortest and longest pulse of the servo, us.
     pub(crate) pulses_us: [f64; 2],
 }
@@ -110,6 +119,7 @@ impl Joint {
             us_per_radian: if words[8] == 1 { -float(7) } else { float(7) },
             range: [float(0), float(1)],
             rate: float(2),
+            park: float(4),
             pulses_us: [micros(9), micros(10)],
         }
     }
@@ -134,6 +144,8 @@ impl Limits {
             least_us: ends.map(|[first, second]| first.min(second)),
             most_us: ends.map(|[first, second]| first.max(second)),
             us_per_s: joints.map(|joint| joint.us_per_radian.abs() * joint.rate),
+            park_us: joints.map(|joint| joint.pulse_us(joint.park)),
+            neutral_us: Some(joints.map(|joint| joint.neutral_us)),
             trim_us: Some(joints.map(|joint| joint.pulses_us)),
         })
     }
@@ -148,7 +160,7 @@ pub(super) mod tests {
         let mut words = vec![3.0_f32.to_bits()];
         for joint in 0..4 {
             let mirrored = u32::from(joint == 3);
-            let floats = [-1.0, 1.0, 2.0, 100.0, 0.0].map(f32::to_bits);
+            let floats = [-1.0, 1.0, 2.0, 100.0, 0.5 * mirrored as f32].map(f32::to_bits);
             words.extend(floats);
             words.extend([1500, (0.5_f32 * mirrored as f32).to_bits(), 600.0_f32.to_bits(), mirrored, 550, 2450]);
         }
@@ -171,6 +183,7 @@ pub(super) mod tests {
             ([900.0, 900.0, 900.0, 1200.0], [2100.0, 2100.0, 2100.0, 2400.0])
         );
         assert_eq!((limits.us_per_s, limits.trim_us), ([1200.0; 4], Some([[550.0, 2450.0]; 4])));
+        assert_eq!((limits.park_us, limits.neutral_us), ([1500.0; 4], Some([1500.0; 4])));
     }
 
     #[test]

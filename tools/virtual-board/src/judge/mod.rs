@@ -1,27 +1,33 @@
 //! Judges every pulse at the servo pins as a servo takes it, without regard to what the firmware says.
 //!
-//! - A pulse is within the range of its joint and within its rate, by the robot record in flash; without a valid record there is none.
+//! - A pulse is within the range of its joint and within its rate, by the robot record in flash at the last boot; without a valid record there is none.
 //! - A pulse starts only after a hold of the button ([`operator`]).
+//! - A motion starts at the park pose, or where the last pulse of the servo was.
 //! - No pulse ends before the timer's compare value, except with a cause (the emergency stop, a reset, an injected fault), and with the servos' supply.
-//! - In a trim one servo may leave the range of its joint: slowly, within the pulses of the servo, and while the others stand.
+//!   A pulse in which the supply goes first is none to a servo.
+//! - No line is high for long while the servo has its supply.
+//! - In a trim that a host asked for, one servo may leave the range of its joint: slowly, within the pulses of the servo, and while the others stand.
 
 mod limits;
 mod log;
 mod operator;
 
-pub(crate) use limits::{Joint, Limits};
+pub(crate) use limits::{Joint, Limits, PARAMETERS_END};
 pub(crate) use log::JudgeLog;
 
 use serde::Serialize;
 use stm32f4_model::Pin;
 
-use crate::pulses::{OutputChange, PulsePeriod, TimedOutputChange};
+use crate::pulses::{OutputChange, TimedOutputChange};
+use crate::servo_pulse::{PulseSupply, ServoPulse};
 use operator::Operator;
 
 /// Rounding of a pulse to a whole microsecond, on one side, us.
 const ROUNDING_US: f64 = 0.6;
-/// A servo that got no pulse for so long may be anywhere: the next pulse begins a new motion, s.
-const FORGOTTEN_S: f64 = 0.1;
+/// Servos that got no pulse for so long stand: the next pulse begins a new motion, s.
+const PAUSE_S: f64 = 0.1;
+/// The first pulse of a motion is at its start within the rate in so long, s: two servo frames and a half.
+const START_S: f64 = 0.05;
 /// Fastest change in a trim, us a second: one microsecond in 10 ms.
 const TRIM_US_PER_S: f64 = 100.0;
 
@@ -66,6 +72,8 @@ pub(crate) struct Judged {
 struct Motion {
     /// Time and width of the last pulse.
     last: Option<(f64, f64)>,
+    /// Width of the last pulse that was as it should be, us.
+    known: Option<f64>,
     /// The first pulse after a pause.
     first_us: f64,
     /// It has moved since then, or faster than a trim.
@@ -76,16 +84,27 @@ struct Motion {
 /// Judge of the pulses so far.
 #[derive(Debug, Clone)]
 pub(crate) struct Judge {
-    /// `None`: no pulse is allowed.
+    /// Since the last boot, and before it. `None`: no pulse is allowed.
     limits: Option<Limits>,
+    before: Option<Limits>,
     /// The servo pins, for what is wrong.
     servos: [Pin; 4],
     operator: Operator,
     motions: [Motion; 4],
     /// The servo that leaves the range of its joint in a trim.
     trimmed: Option<usize>,
+    /// A host has sent something: it may have asked for a trim.
+    has_host: bool,
+    /// Start of the last pulse of any servo, and of the first one after a pause, s.
+    last_pulse: f64,
+    motion_began: f64,
     /// From this time on injected faults are a cause for cuts, s.
     injected: f64,
+    /// One pulse of each servo may last so long, because the injected fault stops or slows the timer in it, s.
+    high_s: f64,
+    has_been_high: [bool; 4],
+    /// The limits are those of a campaign, whatever is in flash.
+    is_campaign: bool,
     reset: f64,
     violations: Vec<Violation>,
     judged: Judged,
@@ -94,23 +113,31 @@ pub(crate) struct Judge {
 impl Judge {
     /// A judge at power-on. `None`: no pulse is allowed.
     pub(crate) const fn new(limits: Option<Limits>, servos: [Pin; 4]) -> Self {
-        let motion = Motion { last: None, first_us: 0.0, moved: false, moved_fast: false };
+        let motion = Motion { last: None, known: None, first_us: 0.0, moved: false, moved_fast: false };
         Judge {
             limits,
+            before: None,
             servos,
             operator: Operator::new(),
             motions: [motion; 4],
             trimmed: None,
+            has_host: false,
+            last_pulse: f64::NEG_INFINITY,
+            motion_began: f64::NEG_INFINITY,
             injected: f64::INFINITY,
+            high_s: 0.0,
+            has_been_high: [false; 4],
+            is_campaign: false,
             reset: f64::NEG_INFINITY,
             violations: Vec::new(),
             judged: Judged { pulses: 0, cut: 0, trimmed: Vec::new(), violations: 0, first: Vec::new() },
         }
     }
 
-    /// Goes on with the limits of a campaign, in which a fault is injected.
-    pub(crate) fn begin_case(&mut self, limits: Limits) {
-        (self.limits, self.injected) = (Some(limits), f64::NEG_INFINITY);
+    /// Goes on with the limits of a campaign, in which faults are injected by which one pulse of each servo lasts so long at most, s.
+    pub(crate) fn begin_case(&mut self, limits: Limits, high_s: f64) {
+        (self.limits, self.is_campaign, self.injected) = (Some(limits), true, f64::NEG_INFINITY);
+        (self.high_s, self.has_been_high) = (high_s, [false; 4]);
         self.violations.clear();
     }
 
@@ -124,10 +151,18 @@ impl Judge {
         self.operator.observe(seconds, button, stop);
     }
 
-    /// Takes a reset of the chip.
-    pub(crate) fn reset(&mut self, seconds: f64) {
+    /// Takes a reset of the chip, which boots with these limits; called only if they matter.
+    pub(crate) fn reset(&mut self, seconds: f64, limits: impl FnOnce() -> Option<Limits>) {
         self.reset = seconds;
         self.operator.reset(seconds);
+        if !self.is_campaign {
+            self.before = std::mem::replace(&mut self.limits, limits());
+        }
+    }
+
+    /// Takes that a host has sent something to the board.
+    pub(crate) fn host_sent(&mut self) {
+        self.has_host = true;
     }
 
     /// Takes an injected fault that may cut pulses.
@@ -157,45 +192,73 @@ impl Judge {
         self.judged.cut += (before - self.violations.len()) as u64;
     }
 
-    /// Takes the pulses of a servo frame.
-    pub(crate) fn take(&mut self, period: &PulsePeriod) {
-        for servo in 0..self.servos.len() {
-            // Without its supply a servo takes no pulse.
-            let Some(us) = period.us[servo].filter(|_| period.rail) else {
-                continue;
-            };
-            self.judged.pulses += 1;
-            self.judge(period, servo, us);
+    /// Takes a pulse.
+    pub(crate) fn take(&mut self, pulse: &ServoPulse) {
+        // Without its supply a servo takes no pulse.
+        if pulse.supply == PulseSupply::Absent {
+            return;
         }
-        if period.rail
-            && let Err(why) = self.operator.pulse(period.seconds)
-        {
-            self.note(period.seconds, false, format!("a pulse at {:.4} s: {why}", period.seconds));
+        self.judged.pulses += 1;
+        if let Err(why) = self.operator.pulse(pulse.from) {
+            let what = format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from);
+            self.note(pulse.to, false, what);
+        }
+        if pulse.from - self.last_pulse > PAUSE_S {
+            self.motion_began = pulse.from;
+        }
+        self.last_pulse = self.last_pulse.max(pulse.from);
+        let Some(limits) = self.limits_of(pulse) else { return self.note_without_limits(pulse) };
+        match pulse.lost_supply() {
+            // Such a pulse is none to a servo, but for the time until then.
+            Some(end) => {
+                self.judge_high(&limits, pulse, end);
+            }
+            None => self.judge(&limits, pulse),
         }
     }
 
-    fn judge(&mut self, period: &PulsePeriod, servo: usize, us: f64) {
-        let (started, ended) = (period.seconds, period.seconds + us * 1e-6);
+    /// The limits of the boot in which a pulse began.
+    fn limits_of(&self, pulse: &ServoPulse) -> Option<Limits> {
+        let is_before = pulse.from < self.reset && !self.is_campaign;
+        if is_before { self.before.clone() } else { self.limits.clone() }
+    }
+
+    /// Judges for how long a line was high while the servo had its supply; true if there is no more to judge: it was longer than a cut or a changed
+    /// width explains, or as long as declared.
+    fn judge_high(&mut self, limits: &Limits, pulse: &ServoPulse, end: f64) -> bool {
+        let high_s = end - pulse.from;
+        let is_longer = pulse.programmed_us.is_some_and(|programmed| high_s * 1e6 > programmed + ROUNDING_US);
+        if is_longer && high_s <= self.high_s && !std::mem::replace(&mut self.has_been_high[pulse.servo], true) {
+            return true;
+        }
+        let is_long = high_s > limits.most_us[pulse.servo] * 1e-6 + WITHOUT_EFFECT_S;
+        if is_long {
+            let what = format!("{} at {:.4} s: high for {:.2} ms", self.servos[pulse.servo], pulse.from, high_s * 1e3);
+            self.note(end, false, what);
+        }
+        is_long
+    }
+
+    fn judge(&mut self, limits: &Limits, pulse: &ServoPulse) {
+        if self.judge_high(limits, pulse, pulse.to) {
+            return;
+        }
+        let (servo, started, us) = (pulse.servo, pulse.from, pulse.us());
         let mut wrong = Vec::new();
         let motion = &mut self.motions[servo];
-        let last = motion.last.replace((started, us)).filter(|(before, _)| started - before < FORGOTTEN_S);
+        let began = self.motion_began;
+        let last = motion.last.replace((started, us)).filter(|(before, _)| *before >= began);
         let change = last.map_or((0.0, 0.0), |(before, width)| (started - before, (us - width).abs()));
         if last.is_none() {
-            *motion = Motion { last: motion.last, first_us: us, moved: false, moved_fast: false };
+            *motion = Motion { first_us: us, moved: false, moved_fast: false, ..*motion };
             self.trimmed = self.trimmed.filter(|trimmed| *trimmed != servo);
         }
         motion.moved |= (us - motion.first_us).abs() > ROUNDING_US;
         motion.moved_fast |= change.1 > TRIM_US_PER_S * change.0 + 2.0 * ROUNDING_US;
-        let Some(limits) = &self.limits else {
-            let what = format!(
-                "{} at {started:.4} s: a pulse without a valid robot record, or with a damaged sector",
-                self.servos[servo]
-            );
-            return self.note(ended, false, what);
-        };
         let (least, most) = (limits.least_us[servo], limits.most_us[servo]);
         let is_inside = (least - ROUNDING_US..=most + ROUNDING_US).contains(&us);
-        let is_trim = limits.trim_us.is_some_and(|trim| (trim[servo][0]..=trim[servo][1]).contains(&us.round()))
+        let is_trim = self.has_host
+            && limits.trim_us.is_some_and(|trim| (trim[servo][0]..=trim[servo][1]).contains(&us.round()))
             && !self.motions[servo].moved_fast
             && (0..self.servos.len()).all(|other| other == servo || !self.motions[other].moved);
         if !is_inside && is_trim {
@@ -208,31 +271,47 @@ impl Judge {
         if self.trimmed.is_some_and(|trimmed| trimmed != servo) && self.motions[servo].moved {
             wrong.push("it moves beside a trim".into());
         }
+        let rate = limits.us_per_s[servo];
         if let Some((_, before)) = last
-            && change.1 > limits.us_per_s[servo] * change.0 + 2.0 * ROUNDING_US
+            && change.1 > rate * change.0 + 2.0 * ROUNDING_US
         {
             wrong.push(format!("{before:.1} to {us:.1} us in {:.1} ms", change.0 * 1e3));
         }
-        if let Some(programmed) = period.programmed_us[servo].filter(|programmed| us < programmed - ROUNDING_US) {
+        let park = limits.park_us[servo];
+        let starts = [Some(park), self.motions[servo].known, limits.neutral_us.map(|us| us[servo]).filter(|_| is_trim)];
+        if last.is_none() && !starts.into_iter().flatten().any(|start| (us - start).abs() <= rate * START_S) {
+            wrong.push(format!(
+                "{us:.1} us begins a motion, neither at the park pose ({park:.1} us) nor at the last pulse"
+            ));
+        }
+        if let Some(programmed) = pulse.programmed_us.filter(|programmed| us < programmed - ROUNDING_US) {
             wrong.push(format!("{us:.1} us of {programmed} us: cut short"));
         }
-        if !wrong.is_empty() {
+        if wrong.is_empty() {
+            self.motions[servo].known = Some(us);
+        } else {
             // What one pulse does wrong is one violation: a cut pulse is often too short as well.
             let what = format!("{} at {started:.4} s: {}", self.servos[servo], wrong.join(", "));
-            self.note(ended, true, what);
+            self.note(pulse.to, true, what);
         }
     }
 
-    /// Takes the pins that are high at the end of the run, each with the time since when, s.
-    pub(crate) fn end(&mut self, seconds: f64, high_since: [Option<f64>; 4], rail: bool) {
-        for (servo, since) in high_since.into_iter().enumerate() {
-            let Some(since) = since.filter(|_| rail) else { continue };
-            let us = (seconds - since) * 1e6;
-            let most = self.limits.as_ref().map_or(0.0, |limits| limits.most_us[servo]);
-            if us > most + ROUNDING_US {
-                self.note(seconds, false, format!("{} is high since {since:.4} s, for {us:.0} us", self.servos[servo]));
-            }
+    /// Takes a pulse that has not ended at the end of the run.
+    pub(crate) fn end(&mut self, pulse: &ServoPulse) {
+        if pulse.supply == PulseSupply::Absent {
+            return;
         }
+        match self.limits_of(pulse) {
+            Some(limits) => {
+                self.judge_high(&limits, pulse, pulse.lost_supply().unwrap_or(pulse.to));
+            }
+            None => self.note_without_limits(pulse),
+        }
+    }
+
+    fn note_without_limits(&mut self, pulse: &ServoPulse) {
+        let why = "a pulse without a valid robot record, or with a damaged sector";
+        self.note(pulse.to, false, format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from));
     }
 
     /// What came of the pulses so far.

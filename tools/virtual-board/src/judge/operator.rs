@@ -7,6 +7,8 @@
 const STABLE_S: f64 = 0.018;
 /// Shortest hold that arms: 300 readings, s.
 const HOLD_LEAST_S: f64 = 0.297;
+/// A stop that is pressed for so long in a hold is seen by the tick: the hold does not arm, s.
+const STOP_SEEN_S: f64 = 2e-3;
 /// Longest hold that arms, s.
 const HOLD_MOST_S: f64 = 1.55;
 /// After a hold the first pulse starts within this time, s: the tick, two servo frames, and the supply.
@@ -37,6 +39,8 @@ struct Press {
     accepted: Option<f64>,
     /// Longest time without a released reading, s.
     steadiest: f64,
+    /// The emergency stop was pressed meanwhile.
+    is_stopped: bool,
 }
 
 /// Time in which pulses may start, s.
@@ -119,8 +123,13 @@ impl Operator {
         if button != self.button.0 {
             self.button = (button, seconds);
             if button && self.has_been_released && self.press.is_none() {
-                self.press = Some(Press { accepted: None, steadiest: 0.0 });
+                self.press = Some(Press { accepted: None, steadiest: 0.0, is_stopped: false });
             }
+        }
+        if let Some(Press { accepted: Some(accepted), is_stopped, .. }) = &mut self.press
+            && !self.stop.0
+        {
+            *is_stopped |= seconds - accepted.max(self.stop.1) >= STOP_SEEN_S;
         }
         match &mut self.press {
             Some(press) if button => {
@@ -144,7 +153,7 @@ impl Operator {
     /// Takes the end of a press.
     fn released(&mut self, seconds: f64, press: Press) {
         let Some(accepted) = press.accepted else { return };
-        let is_hold = press.steadiest >= HOLD_LEAST_S && seconds - accepted <= HOLD_MOST_S;
+        let is_hold = !press.is_stopped && press.steadiest >= HOLD_LEAST_S && seconds - accepted <= HOLD_MOST_S;
         let stopped_a_motion = self.last_pulse > accepted + LAST_FRAME_S;
         if is_hold && !stopped_a_motion && self.stop.0 && self.test == StopTest::Done {
             self.permission = Some(Permission {
@@ -218,6 +227,8 @@ mod tests {
             (&[[0.3, 0.5], [0.51, 0.7]], &[TEST], "a contact that opens makes no hold"),
             (&[[0.0, 0.7]], &[TEST], "held at boot"),
             (&[[0.3, 0.7]], &[TEST, [0.65, 2.0]], "the stop is pressed"),
+            (&[[0.3, 0.7]], &[[0.4, 0.5]], "the stop is tested in the hold"),
+            (&[[0.3, 0.7]], &[TEST, [0.5, 0.505]], "the stop is pressed in the hold"),
         ] {
             let mut operator = Operator::new();
             inputs(&mut operator, 0.0, 0.75, button, stop);

@@ -3,8 +3,19 @@
 use super::*;
 use crate::modelled_board::Wiring;
 
-fn period(seconds: f64, us: [f64; 4], rail: bool) -> PulsePeriod {
-    PulsePeriod { seconds, us: us.map(Some), programmed_us: us.map(Some), rail }
+/// A pulse for each servo, which begin together.
+fn frame(seconds: f64, us: [f64; 4]) -> [ServoPulse; 4] {
+    [0, 1, 2, 3].map(|servo| ServoPulse {
+        servo,
+        from: seconds,
+        to: seconds + us[servo] * 1e-6,
+        programmed_us: Some(us[servo]),
+        supply: PulseSupply::Whole,
+    })
+}
+
+fn take(judge: &mut Judge, pulses: [ServoPulse; 4]) {
+    pulses.iter().for_each(|pulse| judge.take(pulse));
 }
 
 fn off(seconds: f64) -> TimedOutputChange {
@@ -27,8 +38,8 @@ fn operate(judge: &mut Judge, from: u32, to: u32, button: std::ops::Range<u32>, 
 
 /// Pulses of these widths, a frame each from 0.74 s on, in words.
 fn first_violation(judge: &mut Judge, widths: &[[f64; 4]]) -> Option<String> {
-    for (frame, us) in widths.iter().enumerate() {
-        judge.take(&period(0.74 + 0.02 * frame as f64, *us, true));
+    for (n, us) in widths.iter().enumerate() {
+        take(judge, frame(0.74 + 0.02 * n as f64, *us));
     }
     judge.violations().1.map(str::to_owned)
 }
@@ -39,7 +50,8 @@ const PARK: [f64; 4] = [1500.0; 4];
 fn a_motion_within_the_limits_has_no_violation() {
     let mut judge = armed();
     // 1200 us a second are 24 us a frame.
-    let widths: Vec<[f64; 4]> = (0..25).map(|n| [1500.0 + 24.0 * f64::from(n), 1500.0, 900.0, 2400.0]).collect();
+    let widths: Vec<[f64; 4]> =
+        (0..25).map(|n| 24.0 * f64::from(n)).map(|by| [1500.0 + by, 1500.0, 1500.0 - by, 1500.0 + by]).collect();
     assert_eq!(first_violation(&mut judge, &widths), None);
     assert_eq!((judge.judged().pulses, judge.judged().cut), (100, 0));
 }
@@ -53,7 +65,7 @@ fn range_and_rate_are_judged() {
     ] {
         let mut judge = armed();
         // Another servo moves, so that it is no trim.
-        judge.take(&period(0.72, [1500.0, 1500.0, 1490.0, 1500.0], true));
+        take(&mut judge, frame(0.72, [1500.0, 1500.0, 1490.0, 1500.0]));
         let found = first_violation(&mut judge, &widths).expect(words);
         assert!(found.contains(words), "{found}");
     }
@@ -62,9 +74,60 @@ fn range_and_rate_are_judged() {
 #[test]
 fn a_servo_without_supply_takes_no_pulse() {
     let mut judge = armed();
-    judge.take(&period(0.74, [90.0, 1500.0, 1500.0, 1500.0], false));
+    let absent = |pulse| ServoPulse { supply: PulseSupply::Absent, ..pulse };
+    take(&mut judge, frame(0.74, [90.0, 1500.0, 1500.0, 1500.0]).map(absent));
+    assert_eq!((judge.judged().violations, judge.judged().pulses), (0, 0));
+}
+
+#[test]
+fn the_rate_is_judged_over_a_pause_of_one_servo() {
+    // 1200 us a second over 160 ms are 192 us.
+    for (us, violations) in [(1690.0, 0), (1700.0, 1)] {
+        let mut judge = armed();
+        take(&mut judge, frame(0.74, PARK));
+        for n in 1..8 {
+            frame(0.74 + 0.02 * f64::from(n), PARK)[1..].iter().for_each(|pulse| judge.take(pulse));
+        }
+        take(&mut judge, frame(0.90, [us, 1500.0, 1500.0, 1500.0]));
+        assert_eq!(judge.judged().violations, violations, "{:?}", judge.judged().first);
+    }
+}
+
+#[test]
+fn a_motion_begins_at_the_park_pose_or_at_the_last_pulse() {
+    let mut judge = armed();
+    let found = first_violation(&mut judge, &[[1700.0, 1500.0, 1500.0, 1500.0]]).expect("elsewhere");
+    assert_eq!(
+        found,
+        "PE9 at 0.7400 s: 1700.0 us begins a motion, neither at the park pose (1500.0 us) nor at the last pulse"
+    );
+    // After a motion that ended at 1740 us: there, or at the park pose.
+    for (first, violations) in [(1740.0, 0), (1500.0, 0), (1600.0, 1), (1860.0, 1)] {
+        let mut judge = armed();
+        let widths: Vec<[f64; 4]> = (0..=10).map(|n| [1500.0 + 24.0 * f64::from(n), 1500.0, 1500.0, 1500.0]).collect();
+        assert_eq!(first_violation(&mut judge, &widths), None);
+        judge.reset(1.0, || Limits::of_flash(&limits::tests::flash()));
+        operate(&mut judge, 1_000, 1_740, 1_300..1_700, 1_100..1_200);
+        take(&mut judge, frame(1.74, [first, 1500.0, 1500.0, 1500.0]));
+        assert_eq!(judge.judged().violations, violations, "{first}: {:?}", judge.judged().first);
+    }
+}
+
+#[test]
+fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
+    let mut judge = armed();
+    judge.reset(0.75, || None);
+    operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
+    take(&mut judge, frame(1.49, PARK));
+    assert_eq!(judge.judged().violations, 4);
+    assert!(judge.violations().1.is_some_and(|what| what.contains("without a valid robot record")));
+
+    let mut judge = armed();
+    judge.begin_case(campaign(), 0.0);
+    judge.reset(0.75, || None);
+    operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
+    take(&mut judge, frame(1.49, PARK));
     assert_eq!(judge.judged().violations, 0);
-    assert_eq!(judge.judged().pulses, 0);
 }
 
 #[test]
@@ -78,23 +141,23 @@ fn no_pulse_without_a_robot_record() {
 fn no_pulse_before_a_hold() {
     let mut judge = Judge::new(Limits::of_flash(&limits::tests::flash()), Wiring::default().servos);
     let found = first_violation(&mut judge, &[PARK]).expect("not armed");
-    assert_eq!(found, "a pulse at 0.7400 s: no hold of the button armed it");
+    assert_eq!(found, "PE9 at 0.7400 s: no hold of the button armed it");
 }
 
 /// A pulse of 1200 us that ends after 1100 us, which is inside the range.
-fn cut(seconds: f64) -> PulsePeriod {
-    let mut period = period(seconds, PARK, true);
-    (period.us[1], period.programmed_us[1]) = (Some(1490.0), Some(1500.0));
-    period
+fn cut(seconds: f64) -> [ServoPulse; 4] {
+    let mut pulses = frame(seconds, PARK);
+    pulses[1].to = seconds + 1490e-6;
+    pulses
 }
 
 #[test]
 fn a_cut_pulse_needs_a_cause_and_takes_the_supply_with_it() {
     let with = |cause: fn(&mut Judge), rail: Option<f64>| {
         let mut judge = armed();
-        judge.take(&period(0.74, PARK, true));
+        take(&mut judge, frame(0.74, PARK));
         cause(&mut judge);
-        judge.take(&cut(0.76));
+        take(&mut judge, cut(0.76));
         if let Some(seconds) = rail {
             judge.change(&off(seconds));
         }
@@ -102,7 +165,7 @@ fn a_cut_pulse_needs_a_cause_and_takes_the_supply_with_it() {
     };
     let stop = |judge: &mut Judge| judge.observe(0.7615, false, false);
     assert_eq!(with(stop, Some(0.7615)), (0, 1));
-    assert_eq!(with(|judge| judge.reset(0.7615), Some(0.7615)), (0, 1));
+    assert_eq!(with(|judge| judge.reset(0.7615, || None), Some(0.7615)), (0, 1));
     assert_eq!(with(|judge| judge.injected(0.76), Some(0.7615)), (0, 1));
     assert_eq!(with(stop, None), (1, 0), "the supply stays");
     assert_eq!(with(stop, Some(0.7617)), (1, 0), "the supply goes too late");
@@ -120,7 +183,7 @@ fn a_cut_pulse_needs_a_cause_and_takes_the_supply_with_it() {
 #[test]
 fn the_words_of_a_cut_say_both_widths() {
     let mut judge = armed();
-    judge.take(&cut(0.74));
+    take(&mut judge, cut(0.74));
     assert_eq!(judge.violations(), (1, Some("PE11 at 0.7400 s: 1490.0 us of 1500 us: cut short")));
 }
 
@@ -131,11 +194,18 @@ fn a_trim_moves_one_servo_slowly_within_its_pulses() {
         let frames = ((to - 1500.0) / 2.0) as u32;
         (0..=frames).map(|n| [1500.0 + 2.0 * f64::from(n), 1500.0, 1500.0, 1500.0]).collect()
     };
+    let armed = || {
+        let mut judge = armed();
+        judge.host_sent();
+        judge
+    };
     let mut judge = armed();
     assert_eq!(first_violation(&mut judge, &slow(2450.0)), None);
     assert_eq!(judge.judged().trimmed, ["PE9"]);
 
     assert!(first_violation(&mut armed(), &slow(2454.0)).expect("beyond the servo").contains("2452.0 us is outside"));
+    let without_host = first_violation(&mut super::tests::armed(), &slow(2200.0)).expect("nobody asked for it");
+    assert!(without_host.contains("2102.0 us is outside"), "{without_host}");
     let mut fast = slow(2200.0);
     fast[10][0] += 10.0;
     assert!(first_violation(&mut armed(), &fast).expect("too fast").contains("is outside"));
@@ -148,23 +218,70 @@ fn a_trim_moves_one_servo_slowly_within_its_pulses() {
 }
 
 #[test]
-fn a_pin_that_stays_high_is_found_at_the_end() {
+fn a_line_that_stays_high_is_found() {
+    let high = |ms: f64, supply: PulseSupply| ServoPulse {
+        servo: 0,
+        from: 0.76,
+        to: 0.76 + ms * 1e-3,
+        programmed_us: Some(1500.0),
+        supply,
+    };
+    let long = "PE9 at 0.7600 s: high for 34.00 ms";
+    // It falls with the supply on, with the supply off since then, with a reset that takes both, and not at all.
+    for (ms, supply, is_end, resets, violation) in [
+        (34.0, PulseSupply::Whole, false, false, Some(long)),
+        (40.0, PulseSupply::Until(0.794), false, true, Some(long)),
+        (34.0, PulseSupply::Until(0.794), false, true, Some(long)),
+        (34.0, PulseSupply::Whole, true, false, Some(long)),
+        (34.0, PulseSupply::Absent, false, false, None),
+        (34.0, PulseSupply::Absent, true, false, None),
+        (1.4, PulseSupply::Whole, true, false, None),
+        (1.4, PulseSupply::Until(0.761), false, false, None),
+    ] {
+        let mut judge = armed();
+        take(&mut judge, frame(0.74, PARK));
+        if resets {
+            judge.reset(0.794, || None);
+        }
+        let pulse = high(ms, supply);
+        if is_end {
+            judge.end(&pulse)
+        } else {
+            judge.take(&pulse)
+        }
+        judge.change(&off(pulse.to));
+        assert_eq!(judge.judged().first.first().map(String::as_str), violation, "{ms} {supply:?} {is_end}");
+    }
     let mut judge = armed();
-    judge.end(1.0, [Some(0.9985), None, None, None], true);
-    assert_eq!(judge.judged().violations, 0);
-    judge.end(1.0, [Some(0.9), None, None, None], false);
-    assert_eq!(judge.judged().violations, 0, "no supply");
-    judge.end(1.0, [Some(0.9), None, None, None], true);
-    assert_eq!(judge.judged().first, ["PE9 is high since 0.9000 s, for 100000 us"]);
+    judge.begin_case(campaign(), 0.036);
+    take(&mut judge, frame(0.74, PARK));
+    judge.take(&high(34.0, PulseSupply::Whole));
+    assert_eq!(judge.violations(), (0, None), "declared");
+    judge.take(&high(34.0, PulseSupply::Whole));
+    assert_eq!(judge.violations().0, 1, "once for each servo");
+    judge.begin_case(campaign(), 0.036);
+    judge.take(&high(37.0, PulseSupply::Whole));
+    assert_eq!(judge.violations().0, 1, "longer than declared");
+}
+
+/// Limits of a campaign.
+fn campaign() -> Limits {
+    Limits {
+        least_us: [1400.0; 4],
+        most_us: [1600.0; 4],
+        us_per_s: [1000.0; 4],
+        park_us: PARK,
+        neutral_us: None,
+        trim_us: None,
+    }
 }
 
 #[test]
 fn a_case_of_a_campaign_begins_without_violations() {
     let mut judge = armed();
-    judge.take(&cut(0.74));
-    let limits = Limits { least_us: [1400.0; 4], most_us: [1600.0; 4], us_per_s: [1000.0; 4], trim_us: None };
-    judge.begin_case(limits);
+    take(&mut judge, cut(0.74));
+    judge.begin_case(campaign(), 0.0);
     assert_eq!(judge.violations(), (0, None));
-    judge.take(&period(0.76, [1390.0, 1500.0, 1500.0, 1500.0], true));
+    take(&mut judge, frame(0.76, [1390.0, 1500.0, 1500.0, 1500.0]));
     assert!(judge.violations().1.is_some_and(|what| what.contains("1390.0 us is outside 1400.0 to 1600.0 us")));
 }

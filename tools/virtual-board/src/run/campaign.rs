@@ -89,6 +89,7 @@ impl<W: Write> BoardRun<'_, W> {
             while let Some(serial) = run.serial.get(sent).filter(|serial| serial.at_s <= state.at_s) {
                 self.run_until(serial.at_s)?;
                 self.cpu.machine().soc.put_serial(&serial.bytes);
+                self.judge.host_sent();
                 sent += 1;
             }
             self.run_until(state.at_s)?;

@@ -82,7 +82,12 @@ impl<W: Write> BoardRun<'_, W> {
     /// One case; returns whether it is good.
     pub(super) fn case(&mut self, campaign: &Campaign, item: &Item<'_>, state: &str) -> Result<bool> {
         let outputs = self.output_state();
-        self.judge.begin_case(campaign.limits.clone());
+        let high_ms = match item {
+            Item::Fault(fault, _) => fault.expect.high_ms,
+            Item::Sequence(_) => None,
+            Item::Several(draw) => draw.faults.iter().filter_map(|(_, fault)| fault.expect.high_ms).reduce(f64::max),
+        };
+        self.judge.begin_case(campaign.limits.clone(), high_ms.unwrap_or_default() * 1e-3);
         self.driving = Some(Driving::new(outputs.armed && outputs.rail));
         let now = self.cpu.machine().seconds();
         // Nothing of the run follows, but for what a sequence says.
@@ -228,7 +233,7 @@ fn first_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 
 /// What is missing from the expected reaction.
 fn missed(expect: Expected, reaction: &report::Reaction, stays: bool) -> Option<String> {
-    let Expected { reaction: expected, within_ms, decided_within_us, low_within_ms } = expect;
+    let Expected { reaction: expected, within_ms, decided_within_us, low_within_ms, high_ms: _ } = expect;
     let late = |us: Option<f64>, most_us: f64| us.is_none_or(|us| us > most_us);
     let in_time = |us: Option<f64>| !late(us, within_ms * 1e3);
     let off = first_of(reaction.low_us, reaction.rail_us);

@@ -31,11 +31,12 @@ impl<W: Write> BoardRun<'_, W> {
         let stop = board.plant.level(EMERGENCY_STOP, now.seconds);
         let in_pulse = board.plant.pulses.any_high();
         let periods = board.plant.pulses.take_periods();
+        let pulses = board.plant.pulses.take_pulses();
         let activity = board.plant.pulses.take_activity();
         let reached = board.reached.take();
         drop(board);
         self.judge.observe(now.seconds, button, stop);
-        periods.iter().for_each(|period| self.judge.take(period));
+        pulses.iter().for_each(|pulse| self.judge.take(pulse));
         activity.iter().for_each(|change| self.judge.change(change));
         if let Some(servos) = &mut self.servos {
             servos.take(&periods, &activity, now.seconds, in_pulse);
@@ -83,7 +84,7 @@ impl<W: Write> BoardRun<'_, W> {
             match command {
                 ConsoleCommand::Press => self.cpu.machine().plant.hold_button(true),
                 ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
-                ConsoleCommand::Hold => self.cpu.machine().plant.press_button(ButtonPress::deliberate(seconds)),
+                ConsoleCommand::Hold => self.cpu.machine().plant.press_deliberately(seconds),
                 ConsoleCommand::Stop => self.cpu.machine().plant.press_emergency_stop(ButtonPress::short(seconds)),
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
@@ -135,6 +136,7 @@ impl<W: Write> BoardRun<'_, W> {
             let came = serial.exchange(&sent)?;
             if !came.is_empty() {
                 board.soc.put_serial(&came);
+                self.judge.host_sent();
             }
         }
         Ok(())
@@ -209,11 +211,8 @@ impl<W: Write> BoardRun<'_, W> {
         self.finish_trace()?;
         self.report_lints();
         let now = self.moment().seconds;
-        let (high_since, rail) = {
-            let board = self.cpu.machine();
-            (board.plant.pulses.high_since(), board.plant.pulses.state().rail)
-        };
-        self.judge.end(now, high_since, rail);
+        let unfinished: Vec<_> = self.cpu.machine().plant.pulses.unfinished(now).collect();
+        unfinished.iter().for_each(|pulse| self.judge.end(pulse));
         let judged = self.judge.judged();
         self.judge_log.append(&judged)?;
         let as_expected = (judged.violations > 0) == self.options.violates.is_some();

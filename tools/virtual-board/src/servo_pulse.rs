@@ -1,0 +1,79 @@
+//! One pulse at a servo pin, and for how long of it the servo had its supply.
+
+/// Two edges within this time are one event, such as a reset, s.
+const AT_ONCE_S: f64 = 1e-7;
+
+/// A pulse at a servo pin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ServoPulse {
+    /// Place of the pin among the servo pins.
+    pub(crate) servo: usize,
+    /// Rising edge, s.
+    pub(crate) from: f64,
+    /// Falling edge, or the present time for a pulse that has not ended, s.
+    pub(crate) to: f64,
+    /// Compare value of the timer at its start, us; `None`: the timer did not start it.
+    pub(crate) programmed_us: Option<f64>,
+    /// The servos' supply in it.
+    pub(crate) supply: PulseSupply,
+}
+
+/// The servos' supply in a pulse.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PulseSupply {
+    /// On from the rising to the falling edge.
+    Whole,
+    /// On at the rising edge, and switched off at this time, s.
+    Until(f64),
+    /// Off at the rising edge: a servo takes nothing from such a pulse.
+    Absent,
+}
+
+impl PulseSupply {
+    /// At the rising edge of a pulse.
+    pub(crate) const fn begin(is_on: bool) -> Self {
+        if is_on { PulseSupply::Whole } else { PulseSupply::Absent }
+    }
+
+    /// Takes the end of the supply.
+    pub(crate) const fn end(&mut self, seconds: f64) {
+        if let PulseSupply::Whole = self {
+            *self = PulseSupply::Until(seconds);
+        }
+    }
+}
+
+impl ServoPulse {
+    /// Width, us.
+    pub(crate) fn us(&self) -> f64 {
+        (self.to - self.from) * 1e6
+    }
+
+    /// The time at which the supply went while the pulse lasted, s. `None`: it lasted to the falling edge, or the pulse began without it.
+    pub(crate) fn lost_supply(&self) -> Option<f64> {
+        match self.supply {
+            PulseSupply::Until(end) if self.to - end > AT_ONCE_S => Some(end),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_supply_of_a_pulse_is_lost_once_and_before_its_end() {
+        let pulse = |is_on, ends: &[f64]| {
+            let mut supply = PulseSupply::begin(is_on);
+            ends.iter().for_each(|end| supply.end(*end));
+            ServoPulse { servo: 0, from: 1.0, to: 1.0015, programmed_us: None, supply }
+        };
+        assert!((pulse(true, &[]).us() - 1500.0).abs() < 1e-6);
+        assert_eq!(pulse(true, &[]).lost_supply(), None);
+        assert_eq!(pulse(true, &[1.001, 1.0012]).lost_supply(), Some(1.001));
+        assert_eq!(pulse(true, &[1.0015]).lost_supply(), None, "with the pulse");
+        assert_eq!(pulse(false, &[1.001]).lost_supply(), None);
+        assert_eq!(pulse(false, &[1.001]).supply, PulseSupply::Absent);
+    }
+}
