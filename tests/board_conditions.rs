@@ -175,7 +175,7 @@ fn without_a_brown_out_reset_the_board_does_not_arm() {
     assert!(refused.reason.contains("brown-out reset is off") && refused.reason.contains("cargo xtask flash"));
 }
 
-/// The e-stop closes some milliseconds after the press is accepted: the state `arming` lasts for a few ticks, between two frames of the log.
+/// The emergency stop closes some milliseconds after the press is accepted: the state `arming` lasts for a few ticks, between two frames of the log.
 fn a_state_of_some_milliseconds_is_in_the_log() {
     let board = Board::find();
     let folder = tempfile::tempdir().expect("a folder");

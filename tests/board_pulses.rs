@@ -123,7 +123,7 @@ fn the_emergency_stop_takes_the_supply_with_the_pulse() {
         all += counted;
     }
     assert!(all >= 4, "{all} pulses cut at 40 moments: none of them in a pulse");
-    report!("e-stop at 40 moments of a frame: {all} pulses cut, supply off after {latest:.2} us at most");
+    report!("emergency stop at 40 moments of a frame: {all} pulses cut, supply off after {latest:.2} us at most");
 }
 
 /// Times at which a recorded pin goes low.

@@ -97,7 +97,7 @@ fn a_cut_by_the_emergency_stop_turns_no_joint() {
             }
         }
         report!(
-            "{kind}: {cuts} pulses cut by the e-stop; the joints turned {largest:.3} degrees beyond the walk at most"
+            "{kind}: {cuts} pulses cut by the emergency stop; the joints turned {largest:.3} degrees beyond the walk at most"
         );
         assert!(cuts >= 4, "{kind}: {cuts} pulses were cut");
         assert!(largest < 0.1, "{kind}: {largest} degrees");

@@ -33,7 +33,7 @@ fn row_of(title: &str, board: &Board) -> Option<Vec<Pin>> {
         ("synchronisation output", vec![board.sync_output]),
         ("serial port", vec![board.serial_out, board.serial_in]),
         ("user button", vec![board.button]),
-        ("e-stop", vec![board.emergency_stop]),
+        ("emergency stop", vec![board.emergency_stop]),
     ]
     .into_iter()
     .find_map(|(words, pins)| title.contains(words).then_some(pins))
@@ -79,7 +79,7 @@ fn the_page_has_the_lamps_of_the_firmware() {
 #[test]
 fn the_drawing_of_the_wiring_has_the_pins_of_the_board_files() {
     let drawing = read("docs/wiring.svg");
-    let [discovery, nucleo, _] = BOARDS;
+    let [discovery, nucleo, pill] = BOARDS;
     for (one, other) in discovery.servos.iter().zip(&nucleo.servos) {
         assert!(drawing.contains(&format!(">{one} / {other}<")), "{one} / {other}");
     }
@@ -88,6 +88,11 @@ fn the_drawing_of_the_wiring_has_the_pins_of_the_board_files() {
     }
     assert!(discovery.sensors == nucleo.sensors && discovery.emergency_stop == nucleo.emergency_stop);
     assert_eq!(discovery.servo_rail, nucleo.servo_rail);
+    assert_eq!(
+        (pill.servos, pill.sensors[0].pin, pill.emergency_stop),
+        (nucleo.servos, nucleo.sensors[0].pin, nucleo.emergency_stop)
+    );
+    assert!(drawing.contains(&format!("but {} for {}<", pill.servo_rail, nucleo.servo_rail)));
 }
 
 #[test]

@@ -124,7 +124,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         // The state of before the answer is no longer that of the board.
         while self.board.listen()?.is_none_or(|seen| seen.state == SupervisorState::Disarmed) {}
         self.tell(format_args!(
-            "{name}: hold the board's button for half a second; after a boot, press the e-stop and release it before. At the release of the button all \
+            "{name}: hold the board's button for half a second; after a boot, press the emergency stop and release it before. At the release of the button all \
              servos get pulses: those of the park pose. Keep clear; a press switches them off at once."
         ))
     }
