@@ -10,7 +10,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use joint_units::Phase;
 
-use crate::PhasePoint;
+use crate::math::phase_point::PhasePoint;
 
 /// A number type in which models can be computed: `f32`, and `f64` with the feature `f64`.
 pub trait Scalar:
