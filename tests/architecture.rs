@@ -37,12 +37,13 @@ const ENDS: [&str; 11] = [
 ];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 10] = [
+const NOT_DEFAULT: [&str; 11] = [
     "audit",
     "bare-metal-example",
     "board-cost",
     "core-selftest",
     "firmware",
+    "firmware-rp2040",
     "footfall-c",
     "footfall-python",
     "link-proof",
@@ -103,13 +104,13 @@ fn the_arrows_between_the_cores() {
 #[test]
 fn firmware_and_host_tool_use_the_loop() {
     let packages = packages();
-    for user in ["firmware", "footfall", "link-proof"] {
+    for user in ["firmware", "firmware-rp2040", "footfall", "link-proof"] {
         assert!(
             ours(packages[user]).contains("joint-loop"),
             "{user} does not depend on joint-loop, whose loop it must run"
         );
     }
-    for user in ["firmware", "footfall", "footfall-tests"] {
+    for user in ["firmware", "firmware-rp2040", "footfall", "footfall-tests"] {
         assert!(
             ours(packages[user]).contains("wire"),
             "{user} does not depend on wire, whose records it must exchange"
@@ -123,7 +124,8 @@ fn nothing_depends_on_an_end() {
     for (name, package) in packages() {
         for end in ENDS {
             let is_allowed = match end {
-                "firmware" => ["audit", "board-cost", "footfall", "footfall-tests"].contains(&name),
+                "firmware" => ["audit", "board-cost", "firmware-rp2040", "footfall", "footfall-tests"].contains(&name),
+                "firmware-rp2040" => name == "footfall-tests",
                 // Two programs that read the machine code of an image.
                 "audit" => name == "board-cost",
                 _ => false,
@@ -139,7 +141,7 @@ fn of_the_firmware_tools_see_the_board_files_alone() {
     for (name, package) in packages() {
         for dependency in dependencies(package).iter().filter(|dependency| dependency["name"] == "firmware") {
             assert!(
-                ["audit", "board-cost", "footfall", "footfall-tests"].contains(&name),
+                ["audit", "board-cost", "firmware-rp2040", "footfall", "footfall-tests"].contains(&name),
                 "{name} depends on firmware"
             );
             assert_eq!(dependency["uses_default_features"], false, "{name} would compile the HAL");
@@ -175,14 +177,15 @@ fn only_the_virtual_board_has_another_licence() {
 }
 
 #[test]
-fn only_the_firmware_names_the_chip_family() {
+fn only_the_firmware_names_a_chip_family() {
     for (name, package) in packages() {
         for dependency in dependencies(package).iter().filter(|dependency| !is_ours(dependency)) {
             let library = text(&dependency["name"]);
             let chip = ["embassy", "stm32", "defmt-rtt", "panic-"].iter().any(|prefix| library.starts_with(prefix));
-            assert!(!chip || name == "firmware", "{name} depends on {library}");
+            assert!(!chip || name.starts_with("firmware"), "{name} depends on {library}");
             let processor = library.starts_with("cortex-m");
-            let bare = ["bare-metal-example", "core-selftest", "firmware", "link-proof"].contains(&name);
+            let bare =
+                ["bare-metal-example", "core-selftest", "firmware", "firmware-rp2040", "link-proof"].contains(&name);
             assert!(!processor || bare, "{name} depends on {library}");
         }
     }
@@ -230,8 +233,12 @@ fn versions_that_decide_bits_are_exact() {
         all.map(|dependency| text(&dependency["req"])).collect()
     };
     // Host and board give equal bits only with one libm; the HAL's gaps and the emulator's traps were read in one version.
-    for (package, library) in [("firmware", "embassy-stm32"), ("cpg-core", "libm"), ("virtual-board", "unicorn-engine")]
-    {
+    for (package, library) in [
+        ("firmware", "embassy-stm32"),
+        ("firmware-rp2040", "embassy-rp"),
+        ("cpg-core", "libm"),
+        ("virtual-board", "unicorn-engine"),
+    ] {
         let requirements = requirement(package, library);
         assert!(!requirements.is_empty(), "{package} does not depend on {library}: correct this test");
         assert!(requirements.iter().all(|version| version.starts_with('=')), "{package}: {library} {requirements:?}");

@@ -3,6 +3,7 @@
 use joint_units::{Phase, RadPerSec, Radians};
 
 use crate::Field;
+use crate::math::trig::angle;
 
 /// A central pattern generator of `N` joints at a fixed control period.
 ///
@@ -50,6 +51,11 @@ pub trait Generator<const N: usize> {
     /// so.
     fn phase(&self) -> Phase;
 
+    /// The same, not computed yet: for a caller that seldom needs it.
+    fn phase_point(&self) -> PhasePoint {
+        PhasePoint::Known(self.phase())
+    }
+
     /// Amplitude relative to that of the wanted limit cycle, 0 or above: near 1 on the cycle, 0 at rest. How much it varies within a stride
     /// depends on the generator.
     fn amplitude(&self) -> f32;
@@ -62,6 +68,31 @@ pub trait Generator<const N: usize> {
 
     /// Returns to the state after `build`.
     fn reset(&mut self);
+}
+
+/// The phase of a generator before its arctangent is computed: cheap to take each tick, also where [`PhasePoint::phase`] is seldom asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PhasePoint {
+    /// The phase.
+    Known(Phase),
+    /// The angle of this point is the phase, see [`angle`].
+    Of {
+        /// First argument of [`angle`].
+        y: f32,
+        /// Second argument of [`angle`].
+        x: f32,
+    },
+}
+
+impl PhasePoint {
+    /// The phase: the bits of [`Generator::phase`] at the time when the point was taken.
+    #[must_use]
+    pub fn phase(self) -> Phase {
+        match self {
+            Self::Known(phase) => phase,
+            Self::Of { y, x } => angle(y, x),
+        }
+    }
 }
 
 /// Which state of a generator is faulty, and how.

@@ -8,7 +8,7 @@
 
 use core::fmt::Display;
 
-use firmware::board::BOARD;
+use crate::board::BOARD;
 use firmware::post_mortem::LOCKOUT_STREAK;
 use heapless::String;
 use joint_units::AdcCode;

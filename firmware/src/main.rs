@@ -47,6 +47,9 @@ mod variant;
 mod watchdog;
 mod watchdog_clock;
 
+// The tasks, the log and the reading of the records are compiled for the other family too, where these are its own.
+use firmware::{board, pacing as timing};
+
 #[cfg(target_os = "none")]
 mod boot {
     use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};

@@ -1,7 +1,7 @@
 //! Reads the board's parameters: generator, sensors and robot, each from a flash sector of its own. Where the sector is erased, generator and
 //! sensors are the built-in ones; there is no built-in robot.
 
-use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
+use crate::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
 use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
 use joint_loop::store::{generator_record, robot_record, sensor_record};
 use joint_loop::{GeneratorConfig, RecordName, RobotConfig};

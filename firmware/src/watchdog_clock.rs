@@ -1,6 +1,6 @@
 //! The measured clock of the watchdog, from the task that measures it to the ticks and to telemetry.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use portable_atomic::{AtomicU32, Ordering};
 
 use joint_loop::WatchdogHz;
 

@@ -359,7 +359,7 @@ fn with_generator(generator: &GeneratorConfig) -> Parameters {
     Parameters::with_defaults(Some(*generator), None, RobotConfig::default_biped()).expect("the defaults are valid")
 }
 
-fn take(boot: &mut Booted, message: &Message) {
+pub(crate) fn take(boot: &mut Booted, message: &Message) {
     let Some(record) = record_in(&message.text) else {
         let stamp_s = message.stamp_s.expect("every message has a time stamp");
         boot.log.push(message.text.clone());

@@ -9,6 +9,7 @@
 //! - [`workspace`]: the files and the packages of this workspace;
 //! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
+//! - [`pico`]: the image of the Raspberry Pi Pico on an emulator by others;
 //! - [`lockstep`]: a conversation that steps that board;
 //! - [`campaign`]: campaigns of faults on that board;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
@@ -29,6 +30,7 @@ pub mod lamps;
 pub mod lockstep;
 pub mod name_parts;
 pub mod people;
+pub mod pico;
 pub mod recordings;
 pub mod statistics;
 pub mod swings;

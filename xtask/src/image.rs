@@ -132,7 +132,7 @@ pub(crate) fn flash_parts(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
 }
 
 /// The segments with content, at the addresses where they are stored (`p_paddr`).
-fn loaded(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
+pub(crate) fn loaded(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
     if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
         return Err(NOT_ELF);
     }

@@ -22,6 +22,7 @@ mod live;
 mod missing_requirement;
 mod mutants;
 mod option_bytes;
+mod pico;
 mod probe;
 mod progress;
 mod ratchet;
@@ -33,6 +34,7 @@ mod shell;
 mod soak;
 mod test;
 mod toolchain;
+mod uf2;
 mod workspace;
 
 use std::process::ExitCode;
@@ -78,6 +80,8 @@ enum Task {
         #[arg(long)]
         shadow: bool,
     },
+    /// Build the firmware for the Raspberry Pi Pico as a file for its USB drive, and copy it there
+    Pico(pico::Options),
     /// Measure and print a table
     Bench {
         #[command(subcommand)]
@@ -129,6 +133,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
             println!("{}: {}, {}", board.feature(), built.elf.display(), built.footprint);
             Ok(ExitCode::SUCCESS)
         }
+        Task::Pico(options) => pico::pico(&options),
         Task::Bench { bench } => bench::bench(&bench),
         Task::Campaign(options) => campaign::campaign(&options),
         Task::Soak(options) => soak::soak(&options),

@@ -19,8 +19,8 @@ use crate::shell;
 /// Target of the firmware: Cortex-M4F with floating-point registers, no operating system.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Target of the smallest chips for which the cores compile: Cortex-M0, without floating-point unit and atomic exchange. The firmware is not built
-/// for it.
+/// Target of the smallest chips for which the cores compile: Cortex-M0, without floating-point unit and atomic exchange. The image of the
+/// Raspberry Pi Pico is built for it.
 pub(crate) const SMALLEST_TARGET: &str = "thumbv6m-none-eabi";
 
 /// The methods that `FOOTFALL_TOOLCHAIN` allows.

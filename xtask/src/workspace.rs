@@ -12,7 +12,7 @@ use crate::image::{self, Footprint};
 use crate::progress::{self, Build};
 use crate::setup::{self, Need, Required};
 use crate::shell;
-use crate::toolchain::{TARGET, Toolchain};
+use crate::toolchain::{SMALLEST_TARGET, TARGET, Toolchain};
 
 /// The workspace and what it is built with.
 #[derive(Debug)]
@@ -96,6 +96,11 @@ impl Workspace {
     /// A `cargo build` of one package for the board.
     pub(crate) fn thumb_build(&self, package: &str, options: &[&str]) -> Result<Command> {
         self.thumb_cargo("build", package, TARGET, options)
+    }
+
+    /// A `cargo build` of one package for the smallest chips, which the toolchain must be [ready for](Toolchain::ready_for).
+    pub(crate) fn smallest_build(&self, package: &str, options: &[&str]) -> Result<Command> {
+        self.thumb_cargo("build", package, SMALLEST_TARGET, options)
     }
 
     /// A `cargo check` of one package for a target without an operating system, which the toolchain must be

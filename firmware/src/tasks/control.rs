@@ -3,11 +3,12 @@
 //! [`sensor_step`] turns a sample set of the converter into a measurement, [`control_step`] hands it to the loop, writes the pulses and
 //! leaves a copy of both in telemetry's queues.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use portable_atomic::{AtomicU32, Ordering};
 
-use firmware::board::BOARD;
+use crate::board::BOARD;
+use crate::timing::{LATE_END_US, LATE_US};
 use firmware::lamp::Shown;
-use firmware::pacing::{LATE_END_US, LATE_US, Pacer, since};
+use firmware::pacing::{Pacer, since};
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;

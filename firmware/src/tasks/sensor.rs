@@ -1,6 +1,6 @@
 //! Checks that a sample set of the converter is complete, in order and recent, and reads the button and the foot switch.
 
-use firmware::board::BOARD;
+use crate::board::BOARD;
 use firmware::pacing::{STALE_US, since};
 use joint_loop::{BoardFaults, SENSORS};
 use joint_units::AdcCode;

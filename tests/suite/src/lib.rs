@@ -22,6 +22,9 @@ const REQUIRE: &str = "FOOTFALL_REQUIRE";
 const ELF: &str = "FOOTFALL_ELF";
 const SHADOW_ELF: &str = "FOOTFALL_SHADOW_ELF";
 const BLACK_PILL_ELF: &str = "FOOTFALL_BLACK_PILL_ELF";
+/// The image of the Raspberry Pi Pico, and the file that its boot loader takes.
+const PICO_ELF: &str = "FOOTFALL_PICO_ELF";
+const PICO_UF2: &str = "FOOTFALL_PICO_UF2";
 const VIRTUAL_BOARD: &str = "FOOTFALL_VIRTUAL_BOARD";
 const PROGRAM: &str = "FOOTFALL_BIN";
 
@@ -43,6 +46,8 @@ pub enum Need {
     ShadowImage,
     /// The image of the Black Pill, and the virtual board.
     BlackPillImage,
+    /// The image of the Raspberry Pi Pico, Node.js, and the packages of `firmware-rp2040/emulator`.
+    PicoImage,
     /// The host tool `footfall` as a program.
     Program,
     /// The folder of recordings beside the checkout.
@@ -62,6 +67,7 @@ impl Need {
         match self {
             Self::Image | Self::ShadowImage | Self::BlackPillImage | Self::Program => "virtual-board",
             Self::Traces | Self::Wild => "traces",
+            Self::PicoImage => "node",
             Self::Terminal => "terminal",
             Self::Python => "python",
         }
@@ -74,6 +80,7 @@ impl Need {
             Self::Image => &[ELF, VIRTUAL_BOARD],
             Self::ShadowImage => &[SHADOW_ELF, VIRTUAL_BOARD],
             Self::BlackPillImage => &[BLACK_PILL_ELF, VIRTUAL_BOARD],
+            Self::PicoImage => &[PICO_ELF, PICO_UF2],
             Self::Program => &[PROGRAM],
             Self::Python => &[PYTHON],
             Self::Traces | Self::Wild => {

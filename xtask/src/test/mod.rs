@@ -5,6 +5,7 @@
 mod audits;
 mod counts;
 mod judged;
+mod pico;
 mod programs;
 mod python;
 mod state;

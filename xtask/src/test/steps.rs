@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 use super::audits;
 use super::counts::{self, Counts};
 use super::judged::{self, Judged};
+use super::pico;
 use super::programs;
 use super::python::{self, Environment};
 use super::state::{CannotRun, State, cargo, passed, tests};
@@ -34,7 +35,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 26] = [
+pub(super) const STEPS: [Step; 27] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -177,6 +178,13 @@ pub(super) const STEPS: [Step; 26] = [
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
+    },
+    Step {
+        name: "pico",
+        claim: "the image of the Raspberry Pi Pico walks on rp2040js with the setpoints of the host; its packages come from the network",
+        needs: &[Need::BoardCompiler, Need::Node],
+        uses: &[],
+        run: pico::on_the_emulator,
     },
     Step {
         name: "python-board",
@@ -365,7 +373,9 @@ fn c_programs(state: &State) -> Result<String> {
 
 fn firmware_host(state: &State) -> Result<String> {
     // The library uses none of what an image needs.
-    passed(state, tests(state, &["--package", "firmware", "--lib", "--no-default-features"], &[])?)
+    let mut counts = tests(state, &["--package", "firmware", "--lib", "--no-default-features"], &[])?;
+    counts.add(tests(state, &["--package", "firmware-rp2040", "--lib"], &[])?);
+    passed(state, counts)
 }
 
 fn endurance(_: &State) -> Result<String> {

@@ -1,0 +1,223 @@
+//! The start: outputs off, records read, loop built, tasks started.
+
+use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use firmware::lamp::Shown;
+use firmware::pacing::Pacer;
+use firmware::post_mortem::LOCKOUT_STREAK;
+use firmware_rp2040::board::BOARD;
+use heapless::spsc::Queue;
+use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
+use joint_loop::tuning::{Answer, Request, Settings};
+use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
+use joint_units::{PulseMicros, Volts};
+use static_cell::{ConstStaticCell, StaticCell};
+use wire::{Boot, Change, Edge, Inputs, Record, Subject};
+
+use crate::environment::Environment;
+use crate::faults::LastRun;
+use crate::pins::{PinRegisters, Pull};
+use crate::sampling::REFERENCE;
+use crate::serial::{self, REQUESTS_QUEUED};
+use crate::servo_pwm::{self, Outputs};
+use crate::tasks::control::{
+    self, CHANGES_QUEUED, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME,
+};
+use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
+use crate::tasks::watchdog as reloading;
+use crate::variant::SENSOR_REQUIRED;
+use crate::{
+    clocks, emergency_stop, faults, lamps, log, parameters, protections, sampling, stopwatch, watchdog, watchdog_clock,
+};
+
+/// Runs the control task in an interrupt that no peripheral has.
+static TICKS: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_rp::interrupt]
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: the handler of the one interrupt that `TICKS` was started on.
+    unsafe { TICKS.on_interrupt() }
+}
+
+/// The queues between the tasks.
+struct Queues {
+    samples: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED>,
+    frames: Queue<Frame<SENSORS>, FRAMES_QUEUED>,
+    changes: Queue<Change, CHANGES_QUEUED>,
+    edges: Queue<Edge, EDGES_QUEUED>,
+    records: Queue<Frame<SENSORS>, RECORDS_QUEUED>,
+    requests: Queue<Request, REQUESTS_QUEUED>,
+    answers: Queue<Answer, REQUESTS_QUEUED>,
+    settings: Queue<(u32, Settings), REQUESTS_QUEUED>,
+}
+
+static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
+static LOOP: StaticCell<BoardLoop> = StaticCell::new();
+static TELEMETRY: StaticCell<Telemetry> = StaticCell::new();
+static THREAD: StaticCell<Executor> = StaticCell::new();
+static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
+    samples: Queue::new(),
+    frames: Queue::new(),
+    changes: Queue::new(),
+    edges: Queue::new(),
+    records: Queue::new(),
+    requests: Queue::new(),
+    answers: Queue::new(),
+    settings: Queue::new(),
+});
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let telemetry = start_up();
+    THREAD.init(Executor::new()).run(|thread| {
+        thread.spawn(only(telemetry::telemetry_task(telemetry)));
+        thread.spawn(only(reloading::watchdog_task()));
+    })
+}
+
+/// Starts everything but the tasks of the thread; the ticks run when it returns.
+///
+/// A function of its own, as [`build_loop`]: the stack that it takes is free again afterwards.
+#[inline(never)]
+fn start_up() -> &'static mut Telemetry {
+    // Drive the pins low, then read the reset cause, then start the clocks.
+    servo_pwm::drive_pins_low();
+    let last_run = faults::last_run();
+    clocks::start();
+    stopwatch::start();
+    lamps::start();
+    let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run);
+    let outputs = Outputs::new();
+    BOARD.sync_output.set(false);
+    BOARD.sync_output.make_output();
+    BOARD.foot_switch.make_input(Pull::Down);
+    BOARD.button.make_input(if BOARD.button_pressed { Pull::Down } else { Pull::Up });
+    let queues = QUEUES.take();
+    let (samples_in, samples_out) = queues.samples.split();
+    let (frames_in, frames_out) = queues.frames.split();
+    let (changes_in, changes_out) = queues.changes.split();
+    let (edges_in, edges_out) = queues.edges.split();
+    let (records_in, records_out) = queues.records.split();
+    let (requests_in, requests_out) = queues.requests.split();
+    let (answers_in, answers_out) = queues.answers.split();
+    let (settings_in, settings_out) = queues.settings.split();
+    let control = Control {
+        joint_loop,
+        outputs,
+        samples: samples_in,
+        frames: frames_in,
+        changes: changes_in,
+        reported: (SupervisorState::Boot, Cause::None),
+        edges: edges_in,
+        records: records_in,
+        requests: requests_out,
+        answers: answers_in,
+        settings: settings_in,
+        ticks_to_settings: 1,
+        ticks_to_record: 1,
+        locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::brown_out_reset_is_off(),
+        pacer: Pacer::default(),
+        ticks_to_frame: TICKS_A_FRAME,
+        ended_late: false,
+        flooded: false,
+    };
+
+    // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
+    watchdog::start();
+    watchdog_clock::measure();
+    interrupt::TIMER_IRQ_0.set_priority(Priority::P3);
+    interrupt::SWI_IRQ_0.set_priority(Priority::P2);
+    let ticks = TICKS.start(interrupt::SWI_IRQ_0);
+    ticks.spawn(only(control::control_task(control)));
+    emergency_stop::start();
+    // Servo frames and ticks keep the distance that they have here: their clocks are of one crystal.
+    cortex_m::interrupt::free(|_| {
+        sampling::start(Priority::P1);
+        servo_pwm::start_frames();
+    });
+
+    let mut port = serial::start(requests_in);
+    port.send(&Record::Boot(boot));
+    TELEMETRY.init(Telemetry {
+        port,
+        records: records_out,
+        answers: answers_out,
+        settings: settings_out,
+        unnamed,
+        samples: samples_out,
+        frames: frames_out,
+        changes: changes_out,
+        edges: edges_out,
+        sensors,
+        inputs: Inputs::default(),
+        last_tick: 0,
+        environment: Environment,
+        rounds: 0,
+        frames_to_line: FRAMES_A_LINE,
+        truncated: 0,
+        refused_clock: None,
+    })
+}
+
+/// The loop, the boot record, and how many sensors there are.
+struct Built {
+    joint_loop: &'static mut BoardLoop,
+    boot: Boot,
+    /// Check sums of the generator's and the robot's parameters.
+    unnamed: [u32; 2],
+    sensors: usize,
+}
+
+/// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
+#[inline(never)]
+fn build_loop(last_run: &LastRun) -> Built {
+    let loaded = parameters::read(&PARAMETERS);
+    let boot = log::boot(last_run, REFERENCE, loaded.as_ref().ok());
+    protections::report();
+    let (parameters, unnamed) = match &loaded {
+        Ok(loaded) => (loaded.parameters, loaded.unnamed),
+        Err(error) => stay_off(error.subject(), error),
+    };
+    if parameters.generator.follows().is_some() {
+        stay_off(
+            Subject::GeneratorRecord,
+            "a follower: its step takes longer than a millisecond on this chip, which has no floating-point unit; allowed are \
+             phase-coupled, shape, spline and thesis",
+        );
+    }
+    if parameters.sensors.count() > BOARD.sensors.len() {
+        stay_off(
+            Subject::SensorRecord,
+            format_args!("{} sensors; this board has inputs for {}", parameters.sensors.count(), BOARD.sensors.len()),
+        );
+    }
+    let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
+    match place_loop(parameters, min_supply) {
+        Ok(joint_loop) => {
+            // Where the last pulses of the run before are not known, an arming starts at the park pose.
+            if let Some(last) = last_run.outputs {
+                joint_loop.start_from(last.pulses_us.map(PulseMicros));
+            }
+            Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() }
+        }
+        Err(refusal) => stay_off(Subject::Configuration, refusal),
+    }
+}
+
+/// Builds the loop and puts it into its place. A function of its own, because the loop is large: it is on the stack only here.
+#[inline(never)]
+fn place_loop(parameters: &'static Parameters, min_supply: Volts) -> Result<&'static mut BoardLoop, BoardLoopError> {
+    board_loop(parameters, REFERENCE, min_supply, SENSOR_REQUIRED).map(|joint_loop| LOOP.init(joint_loop))
+}
+
+/// The one instance of a task.
+fn only<S>(task: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
+    let Ok(task) = task else { panic!("a task was started twice") };
+    task
+}
+
+/// Reports the reason in the log and by the lamp, with the servo lines low.
+fn stay_off(subject: Subject, reason: impl core::fmt::Display) -> ! {
+    log::refused(subject, reason);
+    lamps::show_for_ever(Shown::Off(subject))
+}

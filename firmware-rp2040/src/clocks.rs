@@ -1,0 +1,25 @@
+//! The clocks: started by the HAL, checked in every tick.
+
+use embassy_rp::clocks::ClockConfig;
+use embassy_rp::pac;
+use embassy_rp::pac::clocks::vals::ClkSysCtrlSrc;
+use firmware_rp2040::timing::CORE_MHZ;
+
+/// Starts the crystal, both PLLs and the microseconds of TIMER. It waits for the crystal: without one the board stays here, dark, its outputs off.
+pub(crate) fn start() {
+    let Ok(clocks) = ClockConfig::system_freq(CORE_MHZ * 1_000_000) else {
+        panic!("no PLL setting for the core's clock")
+    };
+    // Nothing is claimed from the HAL: what this program uses it drives by registers.
+    drop(embassy_rp::init(embassy_rp::config::Config::new(clocks)));
+}
+
+/// Whether the core still runs from its PLL, and the PLL from the crystal is in lock.
+pub(crate) fn is_as_started() -> bool {
+    pac::CLOCKS.clk_sys_ctrl().read().src() == ClkSysCtrlSrc::CLKSRC_CLK_SYS_AUX && pac::PLL_SYS.cs().read().lock()
+}
+
+/// Whether the detector that resets the chip when the core's voltage falls is off. It does not watch the 3.3 V.
+pub(crate) fn brown_out_reset_is_off() -> bool {
+    !pac::VREG_AND_CHIP_RESET.bod().read().en()
+}

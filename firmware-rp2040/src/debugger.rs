@@ -1,0 +1,13 @@
+//! Whether a debugger is attached: a program of this core cannot read that (ARMv6-M ARM, C1.6: its debug registers are for the debugger alone).
+
+use joint_loop::Debugger;
+
+#[cfg(feature = "no-debugger")]
+compile_error!(
+    "the processor of this chip does not tell the program about a debugger: it cannot refuse one; build without `no-debugger`"
+);
+
+/// Always absent.
+pub(crate) const fn attached() -> Debugger {
+    Debugger::Absent
+}

@@ -1,0 +1,274 @@
+//! The image of the Raspberry Pi Pico on rp2040js: boot, the test of the emergency stop, arming, ten seconds of walking with the setpoints of the
+//! host to the bit, pulses, emergency stop, a hang, and what the board refuses.
+//!
+//! What this shows is shown on an emulator that this project did not write, and not on hardware.
+
+use std::process::ExitCode;
+use std::sync::OnceLock;
+
+use firmware_rp2040::board::{BOARD, GENERATOR_SECTOR, SENSORS_SECTOR};
+use firmware_rp2040::timing::CORE_MHZ;
+use firmware_rp2040::watchdog_time::TIMEOUT_US;
+use footfall_tests::campaign::faults_file;
+use footfall_tests::pico::{PicoRan, emulator, run};
+use generator_file::file::GeneratorFile;
+use joint_loop::store::{generator_record, sensor_record};
+use joint_loop::{Cause, GeneratorConfig, JointSensor, JointSensors, RecordName, SupervisorState};
+use joint_units::Joint;
+use serde_json::{Value, json};
+use test_suite::{report, tests};
+use wire::{Reset, Subject};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        it_walks_ten_seconds_as_the_host_computes(PicoImage),
+        its_ticks_are_on_time_with_margin(PicoImage),
+        its_pulses_are_those_of_the_loop(PicoImage),
+        no_servo_line_moves_before_it_is_armed(PicoImage),
+        it_says_at_boot_what_the_chip_has_not(PicoImage),
+        it_does_not_arm_before_the_stop_is_tested(PicoImage),
+        the_emergency_stop_cuts_supply_and_pulses(PicoImage),
+        a_hang_is_reset_by_the_watchdog(PicoImage),
+        a_follower_is_refused(PicoImage),
+        a_fourth_sensor_is_refused(PicoImage),
+        the_emulator_warns_of_nothing_else(PicoImage),
+        the_emulator_has_the_pins_of_the_board(),
+    ])
+}
+
+/// When the emergency stop is tested, and when the button is released, which arms, s.
+const ARMED_S: f64 = 0.7;
+/// When the last line of a walk is read, s.
+const END_S: f64 = 13.2;
+/// In a pulse of the first two servos: the frames begin at one phase after each power-on.
+const IN_PULSE_S: f64 = 2.998;
+
+/// Longest tick that is accepted, core cycles: three quarters of the period.
+const MOST_CYCLES: u32 = CORE_MHZ * 750;
+
+/// The gestures that arm a board, and a sensor that swings.
+fn scenario(secs: f64) -> Value {
+    let event = |s: f64, pin: &str, level: bool| json!({"s": s, "pin": pin, "level": level});
+    json!({
+        "secs": secs,
+        "flash": [],
+        "volts": [{"mean": 1.5, "swing": 0.3, "hz": 1.0}],
+        "events": [
+            event(0.1, "emergency_stop", false),
+            event(0.25, "emergency_stop", true),
+            event(0.3, "button", false),
+            event(ARMED_S, "button", true),
+        ],
+    })
+}
+
+/// The run that several tests look at.
+fn walk() -> &'static PicoRan {
+    static WALK: OnceLock<PicoRan> = OnceLock::new();
+    WALK.get_or_init(|| run(&scenario(END_S), &[]))
+}
+
+/// Ticks at which a state began.
+fn begun(ran: &PicoRan, state: SupervisorState) -> Vec<u32> {
+    ran.boots[0].changes.iter().filter(|change| change.state == state).map(|change| change.tick).collect()
+}
+
+fn it_walks_ten_seconds_as_the_host_computes() {
+    let ran = walk();
+    let [boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+    assert!(ran.resets.is_empty(), "{:?}", ran.resets);
+    // Every tick of the run, in order.
+    let ticks: Vec<u32> = boot.calls.iter().map(|(tick, _)| *tick).collect();
+    assert!(ticks.iter().copied().eq(1..=ticks.len() as u32), "a tick is missing");
+    assert!(ticks.len() > 13_100, "{} ticks", ticks.len());
+    let walking = begun(ran, SupervisorState::Walking);
+    let [from] = walking[..] else { panic!("{:?}", boot.changes) };
+    let walked = boot.ticks.iter().filter(|frame| frame.state == SupervisorState::Walking).count() * 10;
+    assert!(walked >= 10_000, "{walked} ticks from {from} on");
+    let host = boot.replay(&GeneratorConfig::default_walk());
+    for frame in &boot.ticks {
+        let same = wire::Frame::from(&host[frame.tick as usize - 1]);
+        // Bits of the setpoints, and the hash over all ticks before.
+        assert_eq!(frame.setpoints_rad.map(f32::to_bits), same.setpoints_rad.map(f32::to_bits), "tick {}", frame.tick);
+        assert_eq!(frame, &same);
+    }
+    report!("{} ticks, {} frames compared, {walked} ticks of walking", ticks.len(), boot.ticks.len());
+}
+
+fn its_ticks_are_on_time_with_margin() {
+    let ran = walk();
+    let boot = &ran.boots[0];
+    let last = boot.ticks.last().expect("frames");
+    assert_eq!((last.missed, last.late, last.overruns), (0, 0, 0));
+    assert_eq!(ran.core_hz, f64::from(CORE_MHZ) * 1e6);
+    let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
+    let latest = boot.costs.iter().map(|cost| cost.latest_start_us).max().expect("costs");
+    let cost = boot.costs.last().expect("costs");
+    report!(
+        "longest tick {longest} cycles, latest start {latest} us, stack {} of {}",
+        cost.stack_used,
+        cost.stack_size
+    );
+    assert!((20_000..MOST_CYCLES).contains(&longest), "{longest} cycles");
+    assert!(latest < 100, "{latest} us");
+    assert!(cost.stack_used < cost.stack_size / 10 * 8, "{cost:?}");
+    assert_eq!((cost.dropped, cost.truncated), (0, 0));
+}
+
+/// Rising and falling edges as pairs.
+fn pulses(edges: &[f64]) -> Vec<(f64, f64)> {
+    edges.chunks_exact(2).map(|edge| (edge[0], edge[1] - edge[0])).collect()
+}
+
+fn its_pulses_are_those_of_the_loop() {
+    const FRAME_NS: f64 = 20e6;
+    let ran = walk();
+    let host = ran.boots[0].replay(&GeneratorConfig::default_walk());
+    let lines = ran.servos.each_ref().map(|edges| pulses(edges));
+    let count = lines[0].len();
+    assert!(count > 600 && lines.iter().all(|line| line.len() == count), "{:?}", lines.each_ref().map(Vec::len));
+    for line in &lines {
+        assert!(line.iter().all(|(_, width)| (500e3..=2500e3).contains(width)), "a pulse beyond every servo's limits");
+        assert!(line.windows(2).all(|pair| (pair[1].0 - pair[0].0 - FRAME_NS).abs() < 1.0), "frames of 20 ms");
+        assert!(
+            line.iter().zip(&lines[0]).all(|(one, first)| (one.0 - first.0).abs() < 1.0),
+            "all pulses begin at one moment"
+        );
+    }
+    // The tick whose widths the first frame has, and from there every twentieth.
+    let fits = |first: usize| {
+        (0..count).all(|frame| {
+            let Some(tick) = host.get(first + 20 * frame) else { return false };
+            (0..4).all(|joint| (lines[joint][frame].1 / 1e3 - f64::from(tick.pulses[joint].0)).abs() < 0.01)
+        })
+    };
+    let armed = begun(ran, SupervisorState::Arming)[0] as usize - 1;
+    let first: Vec<usize> = (armed..armed + 60).filter(|first| fits(*first)).collect();
+    assert_eq!(first.len(), 1, "the ticks after {armed} whose widths all frames have: {first:?}");
+    report!(
+        "{count} frames of four pulses; the first has the widths of the tick {} ticks after arming",
+        first[0] - armed
+    );
+}
+
+fn no_servo_line_moves_before_it_is_armed() {
+    let ran = walk();
+    let released = ARMED_S * 1e9;
+    assert!(ran.servos.iter().all(|line| line[0] > released), "a servo line moved before the button was released");
+    assert!(ran.rail[0] > released && ran.rail.len() == 1, "the supply is switched once: {:?}", ran.rail);
+    assert!(ran.servos.iter().all(|line| line[0] > ran.rail[0]), "no pulse before the supply is on");
+}
+
+fn it_says_at_boot_what_the_chip_has_not() {
+    let log = walk().boots[0].log.join("\n");
+    for words in ["no break input", "no measured supply", "no oscillator of the watchdog", "no view of a debugger"] {
+        assert!(log.contains(words), "`{words}` in\n{log}");
+    }
+}
+
+fn it_does_not_arm_before_the_stop_is_tested() {
+    let mut untested = scenario(1.5);
+    untested["events"].as_array_mut().expect("a list").drain(..2);
+    let ran = run(&untested, &[]);
+    assert!(begun(&ran, SupervisorState::Arming).is_empty());
+    assert!(ran.servos.iter().all(Vec::is_empty) && ran.rail.is_empty());
+}
+
+fn the_emergency_stop_cuts_supply_and_pulses() {
+    /// From the opened contact to the last of the five pins, ns.
+    const REACTION_NS: f64 = 10e3;
+    let mut opened = scenario(4.2);
+    let events = opened["events"].as_array_mut().expect("a list");
+    events.push(json!({"s": IN_PULSE_S, "pin": "emergency_stop", "level": false}));
+    let ran = run(&opened, &[]);
+    let stop = IN_PULSE_S * 1e9;
+    let last = *ran.rail.last().expect("edges");
+    assert_eq!(ran.rail.len(), 2, "{:?}", ran.rail);
+    assert!(last >= stop && last < stop + REACTION_NS, "the supply goes off at {last}");
+    for (servo, line) in ran.servos.iter().enumerate() {
+        assert!(
+            line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < stop + REACTION_NS),
+            "servo {servo}"
+        );
+    }
+    let ends: Vec<f64> = ran.servos.iter().map(|line| *line.last().expect("edges")).collect();
+    let cut = ends.iter().filter(|end| **end >= stop).count();
+    assert!(cut > 0, "the contact opens in a pulse: {ends:?}");
+    let change = ran.boots[0].changes.iter().find(|change| change.state == SupervisorState::Fault).expect("a fault");
+    assert_eq!(change.cause, Cause::BreakInput);
+    assert_eq!(ran.boots[0].costs.last().expect("costs").truncated as usize, cut);
+    report!(
+        "supply off after {} ns, last line low after {:.0} ns, {cut} pulses cut",
+        last - stop,
+        ends.iter().copied().fold(0.0, f64::max) - stop
+    );
+}
+
+fn a_hang_is_reset_by_the_watchdog() {
+    const HANG_S: f64 = 2.0;
+    let mut hang = scenario(2.4);
+    hang["hang_s"] = json!(HANG_S);
+    let ran = run(&hang, &[]);
+    let [(at, reason)] = &ran.resets[..] else { panic!("{:?}", ran.resets) };
+    assert_eq!(reason, "timer");
+    let after_us = (at - HANG_S) * 1e6;
+    assert!(after_us > 0.0 && after_us <= f64::from(TIMEOUT_US) + 10.0, "{after_us} us");
+    // The emulator does not show that a reset lets go of the pins. What it shows is the first action of the next boot, which drives them low after
+    // the start-up code has copied the program to RAM.
+    let driven_low = (at + 0.005) * 1e9;
+    let [_, boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+    let record = boot.boot.as_ref().expect("a boot record");
+    assert_eq!((record.reset, record.streak), (Reset::IndependentWatchdog, 1));
+    assert!(record.last_outputs.as_ref().is_some_and(|last| last.on), "{:?}", record.last_outputs);
+    for line in ran.servos.iter().chain([&ran.rail]) {
+        assert!(line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < driven_low), "{line:?}");
+    }
+    report!("reset {after_us:.0} us after the hang");
+}
+
+/// The reason with which the board stays off.
+fn refusal(ran: &PicoRan) -> (Subject, String) {
+    assert!(ran.servos.iter().all(Vec::is_empty) && ran.rail.is_empty() && ran.boots[0].calls.is_empty());
+    let [refused] = &ran.boots[0].refused[..] else { panic!("{:?}", ran.boots[0].refused) };
+    (refused.subject, refused.reason.as_str().to_owned())
+}
+
+fn a_follower_is_refused() {
+    let file = GeneratorFile::read(&faults_file().with_file_name("follower.toml")).expect("the follower");
+    let record = generator_record::record_of(&file.set.config(), &RecordName::BUILT_IN);
+    let (subject, reason) = refusal(&run(&scenario(0.3), &[(GENERATOR_SECTOR, record.bytes())]));
+    assert_eq!(subject, Subject::GeneratorRecord);
+    assert!(reason.contains("follower") && reason.contains("phase-coupled, shape, spline"), "{reason}");
+}
+
+fn a_fourth_sensor_is_refused() {
+    let sensors = Joint::ALL.map(|joint| JointSensor::uncalibrated(joint).expect("the default"));
+    let record = sensor_record::record_of(&JointSensors::build(sensors).expect("four"), &RecordName::BUILT_IN);
+    let (subject, reason) = refusal(&run(&scenario(0.3), &[(SENSORS_SECTOR, record.bytes())]));
+    assert_eq!((subject, reason.as_str()), (Subject::SensorRecord, "4 sensors; this board has inputs for 3"));
+}
+
+/// Registers that rp2040js does not have. What the program reads there is 0xFFFFFFFF.
+const NOT_MODELLED: [&str; 2] =
+    ["ROSC_BASE: Unimplemented peripheral", "VREG_AND_CHIP_RESET_BASE: Unimplemented peripheral"];
+
+fn the_emulator_warns_of_nothing_else() {
+    let unexpected: Vec<&String> =
+        walk().messages.iter().filter(|message| !NOT_MODELLED.iter().any(|known| message.starts_with(known))).collect();
+    assert!(unexpected.is_empty(), "{unexpected:#?}");
+}
+
+fn the_emulator_has_the_pins_of_the_board() {
+    let script = std::fs::read_to_string(emulator().join("run.mjs")).expect("the script");
+    let [a, b, c, d] = BOARD.servos.map(|pin| pin.0);
+    let pins = format!(
+        "servos: [{a}, {b}, {c}, {d}], servo_rail: {}, emergency_stop: {}, foot_switch: {}, button: {}, sync_output: {}, led: {}",
+        BOARD.servo_rail.0,
+        BOARD.emergency_stop.0,
+        BOARD.foot_switch.0,
+        BOARD.button.0,
+        BOARD.sync_output.0,
+        BOARD.led.0
+    );
+    assert!(script.contains(&pins), "{pins}");
+}

@@ -1,0 +1,95 @@
+//! The image of the Raspberry Pi Pico on rp2040js, an emulator that this project did not write.
+//!
+//! `FOOTFALL_PICO_ELF` and `FOOTFALL_PICO_UF2` name the image and the file that the boot loader takes, which the emulator reads; `cargo xtask test
+//! --only pico` sets them and installs the emulator. A test that uses them names [`test_suite::Need::PicoImage`].
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use footfall::board::image::Image;
+use serde_json::{Value, json};
+use wire::Record;
+
+use crate::board::{Booted, take};
+use footfall::board::telemetry::record_in;
+
+/// A run.
+#[derive(Debug)]
+pub struct PicoRan {
+    /// Boots in order.
+    pub boots: Vec<Booted>,
+    /// Rising and falling edges of each servo line in turn, ns of emulated time.
+    pub servos: [Vec<f64>; 4],
+    /// The same of the servo-rail enable.
+    pub rail: Vec<f64>,
+    /// Resets by the watchdog: when, s, and `timer` or `force`.
+    pub resets: Vec<(f64, String)>,
+    /// Warnings of the emulator, each once.
+    pub messages: Vec<String>,
+    /// Frequency of the core at the end, Hz.
+    pub core_hz: f64,
+}
+
+/// The folder of the emulator.
+#[must_use]
+pub fn emulator() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("firmware-rp2040").join("emulator")
+}
+
+/// Runs the image with a scenario, as `run.mjs` describes it, and these records in flash, each with its address.
+///
+/// # Panics
+/// The emulator cannot be started, or the log cannot be read.
+#[must_use]
+pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
+    let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name);
+    let mut scenario = scenario.clone();
+    for (address, bytes) in flash {
+        let record = file(&format!("{address:#x}.bin"));
+        std::fs::write(&record, bytes).expect("written");
+        scenario["flash"].as_array_mut().expect("a list").push(json!({"address": address, "file": record}));
+    }
+    std::fs::write(file("scenario.json"), scenario.to_string()).expect("written");
+    let mut node = Command::new("node");
+    node.arg(emulator().join("run.mjs")).arg(path("FOOTFALL_PICO_UF2")).args([file("scenario.json"), file("log.rtt")]);
+    let output = node.output().expect("node starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let ran: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let image = Image::read(&path("FOOTFALL_PICO_ELF")).unwrap_or_else(|error| panic!("{error}"));
+    let numbers =
+        |value: &Value| value.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect();
+    let servos = [0, 1, 2, 3].map(|servo| numbers(&ran["servos_ns"][servo]));
+    let reset = |reset: &Value| (reset["s"].as_f64().expect("s"), reset["reason"].as_str().expect("reason").to_owned());
+    let texts = |value: &Value| {
+        value.as_array().expect("a list").iter().map(|text| text.as_str().expect("text").to_owned()).collect()
+    };
+    PicoRan {
+        boots: boots(&image, &std::fs::read(file("log.rtt")).expect("a log")),
+        servos,
+        rail: numbers(&ran["servo_rail_ns"]),
+        resets: ran["resets"].as_array().expect("a list").iter().map(reset).collect(),
+        messages: texts(&ran["messages"]),
+        core_hz: ran["core_hz"].as_f64().expect("a frequency"),
+    }
+}
+
+/// What was logged, with a boot for each line that names the reset: it is the first of a boot.
+fn boots(image: &Image, log: &[u8]) -> Vec<Booted> {
+    let mut decoder = image.decoder();
+    decoder.push(log);
+    let mut boots: Vec<Booted> = Vec::new();
+    while let Some(message) = decoder.message() {
+        // A reset cuts the frame that is being written.
+        let Ok(message) = message else { continue };
+        let is_first = matches!(record_in(&message.text), Some(Ok(Record::Boot(_))));
+        if is_first || boots.is_empty() {
+            boots.push(Booted::default());
+        }
+        take(boots.last_mut().expect("one was added"), &message);
+    }
+    // The line before the first record is of no boot of its own.
+    boots.retain(|boot| boot.boot.is_some());
+    boots
+}
