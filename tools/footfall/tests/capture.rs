@@ -269,7 +269,9 @@ fn a_reset_restarts_the_ticks_and_time_goes_on() {
     simulated.walk(1);
     simulated.reset();
     simulated.walk(1);
-    simulated.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.005, "cause": "iwdg" }] }));
+    let injections = serde_json::json!([{ "kind": "hang", "injected_s": 1.0 }]);
+    let resets = serde_json::json!([{ "t_s": 1.005, "cause": "iwdg" }]);
+    simulated.end_as("time", serde_json::json!({ "resets": resets, "injections": injections }));
     let bench = Bench::plays(&simulated.lines);
     let (csv, output) = record(&bench, "walk.csv", &["--secs", "2"]);
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));

@@ -81,7 +81,7 @@ fn the_board_gets_the_options_and_a_loop_of_volts() {
     );
     assert!(
         arguments.contains(
-            " --secs 7.5 --emergency-stop 0.1 --press 0.5:0.5 --press 2:0.5 --press 5.8:0.5 --hang control_step@3"
+            " --secs 7.5 --emergency-stop 0.05:0.04 --press 0.5:0.5 --press 2:0.5 --press 5.8:0.5 --hang control_step@3"
         ),
         "{arguments}"
     );
