@@ -96,7 +96,7 @@ mod tests {
         for (sector, next) in [(GENERATOR_SECTOR, SENSORS_SECTOR), (SENSORS_SECTOR, ROBOT_SECTOR)] {
             assert_eq!(sector + SECTOR_BYTES as u32, next);
         }
-        assert!(GENERATOR_SECTOR >= 0x1000_0000 + (1 << 20));
+        const { assert!(GENERATOR_SECTOR >= 0x1000_0000 + (1 << 20)) };
         assert!(ROBOT_SECTOR + (SECTOR_BYTES as u32) <= 0x1000_0000 + (2 << 20));
     }
 }

@@ -534,9 +534,9 @@ mod tests {
     }
 
     #[test]
-    fn only_qemu_python_and_cpp_are_optional_for_a_step() {
+    fn only_qemu_node_python_and_cpp_are_optional_for_a_step() {
         let optional = |need: &&Need| !crate::setup::Required::default().contains(**need);
         let mut optional = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional));
-        assert!(optional.all(|need| [Need::Cpp, Need::Python, Need::Qemu].contains(need)));
+        assert!(optional.all(|need| [Need::Cpp, Need::Node, Need::Python, Need::Qemu].contains(need)));
     }
 }
