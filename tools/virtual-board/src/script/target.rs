@@ -132,8 +132,7 @@ pub(super) fn check_overlaps(script: &Script, kinds: &[InjectionKind]) -> Result
             script.events.iter().zip(kinds).skip(n + 1).filter(|(_, kind)| kind.target().as_ref() == Some(&target))
         {
             let is_comparable = event.moment.base() == other.moment.base() && event.phase_us == other.phase_us;
-            let overlap = event.spans().find_map(|one| other.spans().find_map(|two| overlap(one, two)));
-            if let Some(at) = overlap.filter(|_| is_comparable) {
+            if let Some(at) = first_overlap(event.spans(), other.spans()).filter(|_| is_comparable) {
                 anyhow::bail!(
                     "the events {event} and {other} overlap on {target}, {at:.6} s after their moment: the end of one would end the other; \
                      move or shorten one of them"
@@ -142,6 +141,23 @@ pub(super) fn check_overlaps(script: &Script, kinds: &[InjectionKind]) -> Result
         }
     }
     Ok(())
+}
+
+/// When a span of one event begins to overlap with one of the other. Those of an event follow each other and last equally long, so the earlier of two
+/// that do not overlap meets none of the later ones.
+fn first_overlap(ones: impl Iterator<Item = Span>, others: impl Iterator<Item = Span>) -> Option<f64> {
+    let (mut ones, mut others) = (ones.peekable(), others.peekable());
+    loop {
+        let (one, other) = (*ones.peek()?, *others.peek()?);
+        if let Some(at) = overlap(one, other) {
+            return Some(at);
+        }
+        if one.0 <= other.0 {
+            ones.next()
+        } else {
+            others.next()
+        };
+    }
 }
 
 /// When two spans begin to overlap; `None` if they do not, or if neither ends: then the later one holds.
@@ -167,6 +183,22 @@ mod tests {
         assert_eq!(overlap((1.0, Some(2.0)), (2.0, Some(3.0))), None);
         assert_eq!(overlap((1.0, None), (2.0, None)), None, "the later one holds");
         assert_eq!(overlap((3.0, None), (1.0, Some(2.0))), None);
+    }
+
+    #[test]
+    fn the_first_overlap_of_two_rows_of_spans_is_found() {
+        let row = |from: f64, every: f64, lasts: f64, times: u32| {
+            (0..times).map(move |n| from + f64::from(n) * every).map(move |at| (at, Some(at + lasts)))
+        };
+        // As found by comparing each with each.
+        for shift in 0..40 {
+            let (ones, others) = (|| row(0.0, 1.0, 0.2, 7), || row(f64::from(shift) * 0.11, 0.7, 0.1, 9));
+            let each = ones().flat_map(|one| others().filter_map(move |other| overlap(one, other)));
+            let first = each.fold(None, |least: Option<f64>, at| Some(least.map_or(at, |least| least.min(at))));
+            assert_eq!(first_overlap(ones(), others()), first, "{shift}");
+        }
+        let many = 100_000;
+        assert_eq!(first_overlap(row(0.0, 1.0, 0.2, many), row(0.5, 1.0, 0.2, many)), None);
     }
 
     #[test]
