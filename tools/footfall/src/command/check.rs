@@ -89,8 +89,9 @@ pub fn run(options: Options) -> Result<(), Failure> {
     match reading.settings(LowPass::Customary) {
         Ok(reading) => {
             let is_for_recordings = !trace.is_empty();
-            if let Some(sensor) = &reading.calibration {
-                results.take(sensor_file(sensor, &board, is_for_recordings));
+            match &reading.calibration {
+                Some(sensor) => results.take(sensor_file(sensor, &board, is_for_recordings)),
+                None => board.check_unused().err().into_iter().for_each(|unused| results.take(Err(unused))),
             }
             let job = job(reading, strict);
             for path in &trace {

@@ -68,6 +68,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         messages::written(out);
         Ok(())
     };
+    if options.sensor.is_empty() {
+        options.board.check_unused()?;
+    }
     let missing = || Failure::input("--out is missing; name the file to write");
     if let Some(robot) = &options.robot {
         let file = RobotFile::read(robot).map_err(Failure::input)?;

@@ -18,22 +18,35 @@ use crate::options::value::{number, one_of};
 /// The board.
 #[derive(Debug, Clone, Args)]
 pub struct BoardSupply {
-    /// Board that is to take the sensor files: its lowest supply limits the highest voltage of a table
-    #[arg(long, value_name = "NAME", default_value = DEFAULT.name, value_parser = one_of([0, 1, 2], |n| BOARDS[n].name))]
-    board: usize,
+    /// Board that is to take the sensor files: its lowest supply limits the highest voltage of a table [default: f4-discovery]
+    #[arg(long, value_name = "NAME", value_parser = one_of([0, 1, 2], |n| BOARDS[n].name))]
+    board: Option<usize>,
     /// Lowest supply of the chip if that of the robot file, `min_supply`, is higher than that of the board
     #[arg(long, value_name = "V", value_parser = number(MIN_SUPPLY.0..=MAX_SUPPLY.0, " V"))]
     min_supply: Option<f32>,
 }
 
 impl BoardSupply {
+    /// Refuses these options where there is no sensor file.
+    ///
+    /// # Errors
+    /// One of them is given.
+    pub fn check_unused(&self) -> Result<(), Failure> {
+        if self.board.is_none() && self.min_supply.is_none() {
+            return Ok(());
+        }
+        Err(Failure::input(
+            "--board and --min-supply say which board takes a sensor file; there is none here: remove them",
+        ))
+    }
+
     /// Refuses a sensor file that the board refuses.
     ///
     /// # Errors
     /// The file is wrong, or an end of its table reads as a broken wire: line, field, and what is allowed.
     pub fn check(&self, path: &Path) -> Result<(), Failure> {
         let WiredSensor { calibration, divider } = calibration_file::read(path).map_err(Failure::input)?;
-        let board = BOARDS[self.board];
+        let board = self.board.map_or(&DEFAULT, |board| BOARDS[board]);
         let least = self.min_supply.unwrap_or(0.0).max(board.min_supply.0);
         let sensor = JointSensor { joint: SENSOR_JOINT, divider, calibration };
         let Err(error) = sensor.build(TYPICAL_VREFINT_CAL, Volts(least)) else { return Ok(()) };
