@@ -1,5 +1,5 @@
-//! Order of two numbers by one compare: `f32::min` and `f32::max` cost ten instructions where the processor has none of its own for them, since they treat
-//! NaN alike on both sides.
+//! Order of two numbers by one compare: `f32::min` and `f32::max` cost ten instructions where the processor has none of its own for them, since they
+//! treat NaN alike on both sides.
 
 /// The lesser of the two; `b` where `a` is NaN, as of `f32::min`. Not for a `b` that is NaN.
 #[must_use]
