@@ -5,9 +5,11 @@
 //! amplitude. `cargo xtask bench board` counts what each step costs. Without a C compiler (`arm-none-eabi-gcc`) it prints nothing.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
+#[cfg(target_os = "none")]
+mod exit;
 #[cfg(all(target_os = "none", beside_c))]
 mod networks;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", beside_c))]
 mod semihosting;
 #[cfg(target_os = "none")]
 mod start;
@@ -20,7 +22,7 @@ extern "C" fn after_reset() -> ! {
     let status = networks::run();
     #[cfg(not(beside_c))]
     let status = 0;
-    semihosting::exit(status)
+    exit::exit(status)
 }
 
 #[cfg(not(target_os = "none"))]

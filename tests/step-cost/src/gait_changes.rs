@@ -6,6 +6,8 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+mod exit;
+#[cfg(target_os = "none")]
 mod semihosting;
 #[cfg(target_os = "none")]
 mod start;
@@ -90,7 +92,7 @@ extern "C" fn after_reset() -> ! {
         let _ = line.write_fmt(text);
         line.print();
     });
-    semihosting::exit(u32::from(played.is_err()))
+    exit::exit(u32::from(played.is_err()))
 }
 
 #[cfg(not(target_os = "none"))]

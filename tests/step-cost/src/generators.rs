@@ -29,7 +29,8 @@ use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
 use crate::count::{self, Function, InstructionCount, count};
-use crate::semihosting::{TextLine, exit};
+use crate::exit::exit;
+use crate::semihosting::TextLine;
 
 /// For each generator: its name, the function that builds it, its type, and the symbols of a step and of a step with its angles.
 macro_rules! generators {

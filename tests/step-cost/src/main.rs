@@ -9,6 +9,8 @@
 #[cfg(target_os = "none")]
 mod count;
 #[cfg(target_os = "none")]
+mod exit;
+#[cfg(target_os = "none")]
 mod generators;
 #[cfg(target_os = "none")]
 mod semihosting;

@@ -1,12 +1,9 @@
-//! Semihosting: writes a line of text, and ends the program with a status (Arm, Semihosting for AArch32 and AArch64).
+//! Semihosting: writes a line of text (Arm, Semihosting for AArch32 and AArch64).
 
 use core::arch::asm;
 use core::fmt;
 
 const SYS_WRITE0: u32 = 0x04;
-const SYS_EXIT_EXTENDED: u32 = 0x20;
-/// Exit reason of a program that ended by itself.
-const APPLICATION_EXIT: u32 = 0x2_0026;
 
 /// A text of up to 159 bytes with a closing zero; a longer one is cut.
 pub(crate) struct TextLine {
@@ -38,16 +35,5 @@ impl fmt::Write for TextLine {
             self.length += 1;
         }
         Ok(())
-    }
-}
-
-/// Ends the program with a status.
-pub(crate) fn exit(status: u32) -> ! {
-    let block = [APPLICATION_EXIT, status];
-    loop {
-        // SAFETY: the debugger, here an emulator, reads the block and does not return.
-        unsafe {
-            asm!("bkpt 0xAB", in("r0") SYS_EXIT_EXTENDED, in("r1") block.as_ptr());
-        }
     }
 }

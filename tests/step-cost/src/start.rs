@@ -2,7 +2,7 @@
 
 use core::arch::global_asm;
 
-use crate::semihosting::exit;
+use crate::exit::exit;
 
 // Vector table: one word for each exception number.
 global_asm!(".section .vectors, \"a\"", ".word __stack_top", ".word reset", ".rept 14", ".word unexpected", ".endr",);
