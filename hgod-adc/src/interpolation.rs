@@ -12,7 +12,6 @@
 
 use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::cell::Cell;
-use joint_units::order::between;
 
 /// The angle between two calibration points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -82,7 +81,7 @@ impl Interval {
                 t * (delta + rest * bend)
             }
         };
-        between(from + change, from, to)
+        (from + change).max(from.min(to)).min(from.max(to))
     }
 }
 

@@ -61,8 +61,7 @@ impl ServoMap {
         } else {
             micros
         };
-        // From 500 to 2500. By way of `u32`, which the processor converts to in one instruction.
-        Some(PulseMicros((kept + 0.5) as u32 as u16))
+        Some(PulseMicros((kept + 0.5) as u16))
     }
 
     /// Pulses of all servos for a pose; `None` if one of its angles is not finite.

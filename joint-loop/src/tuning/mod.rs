@@ -33,7 +33,6 @@
 //! # Ok::<(), joint_loop::setup::default_loop::BoardLoopError>(())
 //! ```
 
-mod effect;
 mod paced;
 mod parameter;
 mod request;
