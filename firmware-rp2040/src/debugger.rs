@@ -2,8 +2,10 @@
 
 use joint_loop::Debugger;
 
-#[cfg(feature = "no-debugger")]
-compile_error!(
+use crate::variant::DEBUGGER_REFUSED;
+
+const _: () = assert!(
+    !DEBUGGER_REFUSED,
     "the processor of this chip does not tell the program about a debugger: it cannot refuse one; build without `no-debugger`"
 );
 
