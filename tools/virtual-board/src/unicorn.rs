@@ -8,6 +8,8 @@
 //! - WFE and YIELD stop the emulation as invalid, SEV does nothing: each address in flash that may hold one gets a hook.
 //! - Instructions are counted from the flash image in the block hook: Unicorn's own counter is slow.
 //! - RAM is not executable, because stores to executable memory are slow.
+//! - A load or store that looks up its page (`unicorn_fill_tlb`) leaves the state of its IT block in the processor, and the block of instructions that
+//!   follows runs as a part of the IT block: the lookup clears that state.
 
 use std::cell::{Cell, RefCell, RefMut};
 use std::rc::Rc;
@@ -182,6 +184,15 @@ fn read_masks(uc: &Uc<'_>) -> Masks {
     }
 }
 
+/// Clears the state of an IT block. Within a block of instructions the state is a part of the translated code; the processor has it only between blocks.
+fn leave_it_block(uc: &mut Uc<'_>) {
+    let xpsr = get(uc, Reg::Xpsr);
+    if xpsr & XPSR_IT != 0 {
+        // Cannot fail: see `get`.
+        let _ = uc.reg_write(RegisterARM::XPSR_NZCVQG, (xpsr & !XPSR_IT | XPSR_T).into());
+    }
+}
+
 /// Converts an error of Unicorn, because `uc_error` does not implement `Error`.
 fn convert_error<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static str) -> Result<T> {
     result
@@ -233,8 +244,12 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     /// might change code.
     fn hook_translation(&mut self) -> Result<()> {
         convert_error(self.uc.ctl_set_tlb_type(TlbType::VIRTUAL), "choosing the translation")?;
-        let translate = |_: &mut Uc<'_>, addr: u64, kind: MemType| {
-            let data = in_ram(addr as u32, 1) && kind != MemType::FETCH;
+        let translate = |uc: &mut Uc<'_>, addr: u64, kind: MemType| {
+            let fetch = kind == MemType::FETCH;
+            if !fetch {
+                leave_it_block(uc);
+            }
+            let data = in_ram(addr as u32, 1) && !fetch;
             Some(TlbEntry { paddr: addr, perms: if data { Prot::READ | Prot::WRITE } else { Prot::ALL } })
         };
         convert_error(self.uc.add_tlb_hook(0, u64::from(u32::MAX), translate), "hooking the translation")?;
@@ -583,6 +598,17 @@ mod tests {
         assert_eq!(cpu.machine().events, 1);
         assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::WaitForInterrupt, FLASH + 8));
         assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::Trap(Trap::Undefined), FLASH + 8));
+    }
+
+    #[test]
+    fn an_access_in_an_it_block_ends_with_it() {
+        // cmp r1, #0; it ne; strne or ldrne r0, [r1]; movs r3, #0; b .+2; adds r2, #1; b .
+        for access in [0x6008, 0x6808] {
+            let mut cpu = cpu(&[0x2900, 0xBF18, access, 0x2300, 0xE7FF, 0x3201, 0xE7FE], 2);
+            // A page that nothing has used: Unicorn looks it up in the IT block.
+            cpu.set_reg(Reg::R(1), 0x2000_4000);
+            assert_eq!((cpu.run(), cpu.reg(Reg::R(2)), cpu.reg(Reg::Pc)), (Stop::Requested, 1, FLASH + 12));
+        }
     }
 
     #[test]

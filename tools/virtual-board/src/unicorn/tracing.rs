@@ -11,8 +11,8 @@ use crate::cpu::{Machine, Reg};
 use crate::execution_trace::{self, Event, ExecutionTrace};
 
 impl<M: Machine + 'static> UnicornCpu<M> {
-    /// Hooks blocks and divisions for a trace. Not reads: with a hook of reads Unicorn 2.1.5 executes a program differently (a handler found the
-    /// interrupts masked).
+    /// Hooks blocks and divisions for a trace. Not reads: with a hook of reads Unicorn 2.1.5 executes a program differently, because the hook leaves the
+    /// state of an IT block in the processor.
     ///
     /// # Errors
     /// Unicorn refuses a hook.
