@@ -3,6 +3,7 @@
 use joint_units::{Phase, RadPerSec, Radians};
 
 use crate::Field;
+use crate::math::phase_point::PhasePoint;
 
 /// A central pattern generator of `N` joints at a fixed control period.
 ///
@@ -49,6 +50,11 @@ pub trait Generator<const N: usize> {
     /// Gait phase: that of the first joint, 0 where the joint is most flexed, increasing with time. A generator whose phase has another zero says
     /// so.
     fn phase(&self) -> Phase;
+
+    /// The same, not computed yet: for a caller that seldom needs it.
+    fn phase_point(&self) -> PhasePoint {
+        PhasePoint::Known(self.phase())
+    }
 
     /// Amplitude relative to that of the wanted limit cycle, 0 or above: near 1 on the cycle, 0 at rest. How much it varies within a stride
     /// depends on the generator.

@@ -33,6 +33,9 @@ pub(crate) struct Edge {
 /// From the interrupt to the tick, oldest first. Taken and put back as a whole: a cell has no panic.
 static EDGES: CriticalSectionMutex<Cell<Vec<Edge, EDGES_A_TICK>>> = CriticalSectionMutex::new(Cell::new(Vec::new()));
 
+/// There are edges: most ticks have none to copy.
+static ARRIVED: AtomicBool = AtomicBool::new(false);
+
 /// The interrupt is off because too many edges came.
 static FLOODED: AtomicBool = AtomicBool::new(false);
 
@@ -57,8 +60,11 @@ pub(crate) fn start(priority: Priority) {
 
 /// Passes the edges since the last call to `each`, oldest first; true if there were more than fit. Called once a tick.
 pub(crate) fn take(each: impl FnMut(Edge)) -> bool {
-    let edges = EDGES.lock(Cell::take);
-    edges.iter().copied().for_each(each);
+    // Cleared before the edges are taken: one that comes in between is taken now, and the next tick finds none.
+    if ARRIVED.swap(false, Ordering::Relaxed) {
+        let edges = EDGES.lock(Cell::take);
+        edges.iter().copied().for_each(each);
+    }
     let flooded = FLOODED.swap(false, Ordering::Relaxed);
     if flooded {
         EXTI.pr(0).write(|w| w.set_line(LINE, true));
@@ -84,6 +90,7 @@ fn on_edge() {
         edges.set(all);
         fits
     });
+    ARRIVED.store(true, Ordering::Relaxed);
     if !fits {
         EXTI.imr(0).modify(|w| w.set_line(LINE, false));
         FLOODED.store(true, Ordering::Relaxed);

@@ -246,10 +246,19 @@ impl Calibration {
     /// # Errors
     /// The volts lie outside the table.
     pub fn angle(&self, volts: Volts) -> Result<Radians, OutOfTable> {
+        self.angle_near(volts, &mut 0)
+    }
+
+    /// The same, where the point right of the volts is mostly that of the last call: `right` keeps it, and any value may be there at first.
+    pub(crate) fn angle_near(&self, volts: Volts, right: &mut usize) -> Result<Radians, OutOfTable> {
         let (first, last) = self.ends();
         inside(volts.0, first.volts.0, last.volts.0)?;
-        let right = self.points().partition_point(|point| point.volts <= volts);
-        Ok(self.interval(right).map_or(last.angle, |interval| Radians(interval.angle(volts.0))))
+        let interval = self.interval(*right).filter(|near| near.left.volts <= volts && volts < near.right.volts);
+        let interval = interval.or_else(|| {
+            *right = self.points().partition_point(|point| point.volts <= volts);
+            self.interval(*right)
+        });
+        Ok(interval.map_or(last.angle, |interval| Radians(interval.angle(volts.0))))
     }
 
     /// The volts at an angle: the inverse of [`Calibration::angle`].
@@ -362,5 +371,51 @@ fn inside(value: f32, low: f32, high: f32) -> Result<(), OutOfTable> {
         Err(OutOfTable::NotANumber)
     } else {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// 100,000 cases, or as many as the variable `FOOTFALL_CASES` says.
+    fn cases() -> u32 {
+        std::env::var("FOOTFALL_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100_000)
+    }
+
+    /// A table of so many points, a third of a volt apart.
+    fn table(points: usize, interpolation: Interpolation) -> Calibration {
+        let point = |index: usize| CalibrationPoint {
+            volts: Volts(index as f32 / 3.0),
+            angle: Radians::from_degrees(7.0 * index as f32 - 40.0),
+        };
+        let points: Vec<_> = (0..points).map(point).collect();
+        Calibration::new(&points, interpolation).expect("allowed")
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+        /// Whatever place is remembered; at the points, beside them, outside, and for what is no number.
+        #[test]
+        fn a_remembered_place_changes_no_bit(
+            points in 2..=10_usize, cubic: bool, from in any::<usize>(), small in 0..13_usize, volts in -0.5_f32..4.0,
+            at in 0..12_u32, ulps in -2_i32..=2, bits: u32, pick in 0..3_usize,
+        ) {
+            let table = table(points, if cubic { Interpolation::MonotoneCubic } else { Interpolation::Linear });
+            let beside = f32::from_bits((at as f32 / 3.0).to_bits().wrapping_add_signed(ulps));
+            let volts = Volts([volts, beside, f32::from_bits(bits)][pick]);
+            let right = table.points().partition_point(|point| point.volts <= volts);
+            let (first, last) = table.ends();
+            let slowly = inside(volts.0, first.volts.0, last.volts.0)
+                .map(|()| table.interval(right).map_or(last.angle.0, |interval| interval.angle(volts.0)).to_bits());
+            for mut place in [from, small] {
+                let found = table.angle_near(volts, &mut place).map(|angle| angle.0.to_bits());
+                prop_assert_eq!(found, slowly, "{} V from place {}", volts.0, small);
+                // And again, from the place that was found.
+                prop_assert_eq!(table.angle_near(volts, &mut place).map(|angle| angle.0.to_bits()), slowly);
+            }
+        }
     }
 }

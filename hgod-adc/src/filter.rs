@@ -14,6 +14,7 @@
 
 use crate::range::{RangeError, within};
 use core::f32::consts::PI;
+use joint_units::order::between;
 use joint_units::{Period, Radians};
 
 /// Least cut-off in Hz.
@@ -115,10 +116,10 @@ impl Filter {
         };
         if x.is_finite() {
             let (newer, older) = memory.inputs;
-            let median = newer.min(older).max(newer.max(older).min(x));
+            let median = between(x, newer, older);
             let last = memory.output;
             let wanted = self.gain * (median - last) + memory.carry;
-            let output = (last + wanted).max(last.min(median)).min(last.max(median));
+            let output = between(last + wanted, last, median);
             *memory = Memory { inputs: (x, newer), output, carry: wanted - (output - last) };
         }
         Radians(memory.output)

@@ -12,6 +12,7 @@
 
 use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::cell::Cell;
+use joint_units::order::between;
 
 /// The angle between two calibration points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -81,7 +82,7 @@ impl Interval {
                 t * (delta + rest * bend)
             }
         };
-        (from + change).max(from.min(to)).min(from.max(to))
+        between(from + change, from, to)
     }
 }
 

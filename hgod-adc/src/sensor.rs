@@ -110,6 +110,8 @@ pub struct SensorState {
     good: Option<LastGood>,
     /// Periods since the last good sample.
     since_good: u32,
+    /// Place in the calibration table.
+    right: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,7 +160,7 @@ impl Sensor {
         } else if of_code != Validity::Good {
             Err(of_code)
         } else {
-            self.calibration.angle(volts).map_err(|_| Validity::OutOfTable)
+            self.calibration.angle_near(volts, &mut state.right).map_err(|_| Validity::OutOfTable)
         };
         let jumped = seen.is_ok_and(|angle| self.too_fast(state, angle));
         let of_jump = self.health.jump(&mut state.health, jumped);

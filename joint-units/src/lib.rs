@@ -37,6 +37,8 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod order;
+
 use core::f32::consts::PI;
 
 /// A raw count of the 12 bit converter, right aligned: 0 to [`AdcCode::MAX`].

@@ -7,6 +7,7 @@
 use core::f32::consts::TAU;
 
 use joint_units::Phase;
+use joint_units::order::{greater, lesser};
 
 use crate::math::braking::Braking;
 
@@ -35,7 +36,7 @@ impl BoundedPhase {
     fn advance(&mut self, rate: f32, fastest: f32, law: &Braking) {
         // A rate above the bound is braked to it, because a clamp would make the rate jump.
         let brake = law.acceleration * law.period_s;
-        let rate = rate.max(0.0).min(fastest.max(self.rate - brake));
+        let rate = lesser(greater(rate, 0.0), greater(self.rate - brake, fastest));
         let by = 0.5 * (self.rate + rate) * law.period_s;
         self.phase += Phase::from_cycles(by * (1.0 / TAU));
         self.rate = rate;

@@ -12,10 +12,10 @@ use super::events::{Events, Role};
 use super::history::History;
 use super::plausibility::{Plausibility, PlausibilityCheck, SensorFault};
 use super::stop_detector::{Activity, Innovation};
-use crate::entrainment::phase_lock::{PhaseLock, Template};
+use crate::entrainment::phase_lock::{PhaseLock, TEMPLATE_HARMONICS, Template};
 use crate::error::allow_period;
 use crate::math::braking::Braking;
-use crate::waveform::shape::Shape;
+use crate::waveform::shape::{Harmonics, Shape};
 use crate::{BuildError, Field, Follow, Generator, StateFault};
 
 /// Four joints that follow a person.
@@ -205,16 +205,15 @@ impl Follower {
 
     /// Amplitude of the template, scaled by the learned gain of the sensor, rad: sqrt(2) times its root mean square.
     fn amplitude_expected(&self) -> f32 {
-        libm::sqrtf(2.0 * self.lock.moments().variance) * self.lock.sensor().1
+        self.lock.moments().amplitude * self.lock.sensor().1
     }
 
     /// One period of the estimator: checks the sample, advances the phase lock and decides on the state.
     fn estimate(&mut self) {
         let t = self.period.seconds();
         let sample = self.sensed.take();
-        let predicted = self.lock.predicted();
+        let (predicted, rates) = self.lock.prediction(PREDICTION_CYCLES);
         let sample = self.state.plausibility.judge(sample, predicted.0);
-        let rates = self.lock.predicted_rates(PREDICTION_CYCLES);
         let usual = self.lock.moments().absolute_slope * self.lock.sensor().1 * self.lock.frequency().0;
         self.state.time += t;
         match sample {
@@ -471,17 +470,21 @@ impl Follower {
     }
 
     /// Angle and rate of each joint.
-    fn points(&self) -> impl Iterator<Item = (f32, f32)> + '_ {
+    #[inline]
+    fn points(&self) -> [(f32, f32); Joint::COUNT] {
         let FollowerState { driven, amplitude, drift, corrected, .. } = &self.state;
         let rate = driven.rate * (1.0 / TAU);
-        let joints = Joint::ALL.into_iter().zip(&self.templates).zip(&self.config.stand).zip(&corrected.joints);
-        joints.map(move |(((joint, template), stand), correction)| {
-            let point = template.at(driven.phase);
-            let (drifted, drifts) = if joint == self.sensor { (drift.value, drift.rate) } else { (0.0, 0.0) };
+        let harmonics = Harmonics::<TEMPLATE_HARMONICS>::of(driven.phase);
+        let mut points = [(0.0, 0.0); Joint::COUNT];
+        let joints = Joint::ALL.iter().zip(&self.templates).zip(&self.config.stand).zip(&corrected.joints);
+        for (place, (((joint, template), stand), correction)) in points.iter_mut().zip(joints) {
+            let point = template.at_harmonics(&harmonics);
+            let (drifted, drifts) = if *joint == self.sensor { (drift.value, drift.rate) } else { (0.0, 0.0) };
             let off = point.angle + drifted + correction.value - stand.0;
             let off_rate = point.slope * rate + drifts + correction.rate;
-            (stand.0 + amplitude.value * off, amplitude.rate * off + amplitude.value * off_rate)
-        })
+            *place = (stand.0 + amplitude.value * off, amplitude.rate * off + amplitude.value * off_rate);
+        }
+        points
     }
 }
 

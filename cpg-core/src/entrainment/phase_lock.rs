@@ -50,12 +50,13 @@
 
 use core::f32::consts::{PI, TAU};
 
+use joint_units::order::{greater, lesser};
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::entrainment::quadrature_filter::{MAX_TURN, Sogi, SogiConfig, settled_gain};
 use crate::error::{allow_period, in_range};
 use crate::math::trig::atan2;
-use crate::waveform::shape::{FourierShape, Shape};
+use crate::waveform::shape::{FourierShape, Harmonics, Shape};
 use crate::{BuildError, Field, StateFault};
 
 /// Harmonics of a template: eight follow the mean stride of a person within a fifth of a degree.
@@ -180,6 +181,8 @@ pub(crate) struct Moments {
     pub fundamental: f32,
     /// mean((S - a0)^2).
     pub variance: f32,
+    /// sqrt(2) times the root mean square of S - a0.
+    pub amplitude: f32,
     /// mean(S'^2).
     pub square_slope: f32,
     /// mean(|S'|). For a waveform with one rise and one fall it is the range divided by pi.
@@ -193,7 +196,7 @@ impl Moments {
         let (_, cos, sin) = template.coefficients();
         let first = |list: &[f32; TEMPLATE_HARMONICS]| list.first().copied().unwrap_or(0.0);
         let fundamental = libm::sqrtf(first(cos) * first(cos) + first(sin) * first(sin));
-        let mut moments = Self { fundamental, variance: 0.0, square_slope: 0.0, absolute_slope: 0.0 };
+        let mut moments = Self { fundamental, variance: 0.0, amplitude: 0.0, square_slope: 0.0, absolute_slope: 0.0 };
         for step in 0..256u32 {
             let point = template.at(Phase(step << 24));
             let (off, slope) = (point.angle - template.mean(), point.slope / TAU);
@@ -201,6 +204,7 @@ impl Moments {
             moments.square_slope += slope * slope / 256.0;
             moments.absolute_slope += slope.abs() / 256.0;
         }
+        moments.amplitude = libm::sqrtf(2.0 * moments.variance);
         moments
     }
 }
@@ -249,6 +253,8 @@ struct LockState {
     error: f32,
     /// The innovation e of the last step, rad.
     innovation: f32,
+    /// Amplitude of the filtered signal relative to that of the filtered template; `None` until it is computed for the present phase and signal.
+    relative: Option<f32>,
 }
 
 impl LockState {
@@ -268,6 +274,7 @@ impl LockState {
             far_error: PI,
             error: 0.0,
             innovation: 0.0,
+            relative: None,
         }
     }
 }
@@ -291,10 +298,14 @@ impl PhaseLock {
         let turn = self.state.frequency * t;
         self.state.sogi.step(&config.sogi, y, turn);
 
-        let far = self.compare();
+        let harmonics = Harmonics::<TEMPLATE_HARMONICS>::of(self.state.phase);
+        let filtered = self.filtered_at(&harmonics);
+        let far = self.compare(filtered);
         self.state.far_error = far;
         let limit = config.near_within.0;
-        let large_enough = self.relative_amplitude() > 0.4;
+        let relative = self.relative_to(filtered);
+        self.state.relative = Some(relative);
+        let large_enough = relative > 0.4;
         self.state.small_for = if far.abs() < 0.5 * limit && large_enough { self.state.small_for + t } else { 0.0 };
         if self.state.near && (far.abs() > limit || !large_enough) {
             self.state.near = false;
@@ -303,7 +314,7 @@ impl PhaseLock {
             self.take_over();
         }
 
-        let point = self.template.at(self.state.phase);
+        let point = self.template.at_harmonics(&harmonics);
         let (off, slope) = (point.angle - self.template.mean(), point.slope * (1.0 / TAU));
         let e = y - (self.state.offset + self.template.mean() + self.state.gain * off);
         self.state.innovation = e;
@@ -312,10 +323,10 @@ impl PhaseLock {
             // The first values, from the filter, may be far off: learn at the rate of a running mean at first.
             self.state.near_for += t;
             let first_rate = 1.0 / (FIRST_LEARNING_S + self.state.near_for);
-            self.state.offset += config.offset_rate.max(first_rate) * e * t;
-            let gain = self.state.gain + config.gain_rate.max(first_rate) * e * off / self.moments.variance * t;
-            self.state.gain = gain.max(config.gain_range.0).min(config.gain_range.1);
-            (e * self.state.gain * slope / self.moments.square_slope).max(-limit).min(limit)
+            self.state.offset += greater(first_rate, config.offset_rate) * e * t;
+            let gain = self.state.gain + greater(first_rate, config.gain_rate) * e * off / self.moments.variance * t;
+            self.state.gain = lesser(greater(gain, config.gain_range.0), config.gain_range.1);
+            lesser(greater(e * self.state.gain * slope / self.moments.square_slope, -limit), limit)
         } else {
             far
         };
@@ -337,8 +348,9 @@ impl PhaseLock {
         self.state.error = 0.0;
         self.advance(0.0);
         self.state.sogi.step(&self.config.sogi, angle.0, self.state.frequency * self.period_s);
-        self.state.far_error = self.compare();
-        let point = self.template.at(self.state.phase);
+        let harmonics = Harmonics::<TEMPLATE_HARMONICS>::of(self.state.phase);
+        self.state.far_error = self.compare(self.filtered_at(&harmonics));
+        let point = self.template.at_harmonics(&harmonics);
         self.state.innovation = angle.0
             - (self.state.offset + self.template.mean() + self.state.gain * (point.angle - self.template.mean()));
     }
@@ -346,13 +358,14 @@ impl PhaseLock {
     /// Sets the estimated phase, for example at a stride event.
     pub const fn set_phase(&mut self, phase: Phase) {
         self.state.phase = phase;
+        self.state.relative = None;
         self.state.error = 0.0;
     }
 
     /// Sets the estimated frequency in rad/s, limited to the configured range.
     pub fn set_frequency(&mut self, frequency: f32) {
         let (least, most) = self.config.frequency_range;
-        self.state.frequency = frequency.max(self.nominal * least).min(self.nominal * most);
+        self.state.frequency = lesser(greater(frequency, self.nominal * least), self.nominal * most);
     }
 
     /// Begins far mode at the phase of the filter, which must have settled. [`PhaseLock::refill`] settles it first.
@@ -361,10 +374,12 @@ impl PhaseLock {
         self.state.near_for = 0.0;
         self.state.small_for = 0.0;
         self.state.widening = WIDENING;
+        self.state.relative = None;
         // The far error is the distance to the phase at which the filtered template has the angle of the filtered signal. The response
         // does not rotate uniformly, so a second iteration is needed.
         for _ in 0..3 {
-            self.state.phase += Phase::from_cycles(self.compare() * (1.0 / TAU));
+            let far = self.compare(self.filtered_at(&Harmonics::<FILTERED>::of(self.state.phase)));
+            self.state.phase += Phase::from_cycles(far * (1.0 / TAU));
         }
         self.state.error = 0.0;
     }
@@ -439,11 +454,15 @@ impl PhaseLock {
         Radians(self.state.offset + mean + self.state.gain * (point.angle - mean))
     }
 
-    /// Predicted rates of the measured joint, rad/s: at the estimated phase minus `cycles`, at it, and at it plus `cycles`.
+    /// Prediction for the measured joint: its angle, and its rates (rad/s) at the estimated phase minus `cycles`, at it, and at it plus `cycles`.
     #[must_use]
-    pub fn predicted_rates(&self, cycles: f32) -> [f32; 3] {
-        let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
-        [-cycles, 0.0, cycles].map(|by| scale * self.template.at(self.state.phase + Phase::from_cycles(by)).slope)
+    pub fn prediction(&self, cycles: f32) -> (Radians, [f32; 3]) {
+        let (mean, scale) = (self.template.mean(), self.state.gain * self.state.frequency * (1.0 / TAU));
+        let by = Phase::from_cycles(cycles);
+        let phases = [self.state.phase - by, self.state.phase, self.state.phase + by];
+        let [before, point, after] = phases.map(|phase| self.template.at(phase));
+        let angle = self.state.offset + mean + self.state.gain * (point.angle - mean);
+        (Radians(angle), [before, point, after].map(|point| scale * point.slope))
     }
 
     /// Learned offset and gain of the sensor: measured = offset + mean + gain (template - mean).
@@ -455,9 +474,8 @@ impl PhaseLock {
     /// Amplitude of the filtered signal relative to that of the filtered template at the estimated phase: 1 for the template's person.
     #[must_use]
     pub fn relative_amplitude(&self) -> f32 {
-        let [x, q] = self.filtered.map(|shape| shape.at(self.state.phase).angle);
-        let expected = libm::sqrtf(x * x + q * q).max(0.25 * self.moments.fundamental);
-        self.state.sogi.amplitude() / expected
+        let compute = || self.relative_to(self.filtered_at(&Harmonics::<FILTERED>::of(self.state.phase)));
+        self.state.relative.unwrap_or_else(compute)
     }
 
     /// Means of the template.
@@ -503,7 +521,8 @@ impl PhaseLock {
 
     /// Advances the phase by one period at the frequency plus a correction in rad/s.
     fn advance(&mut self, correction: f32) {
-        let rate = (self.state.frequency + correction).max(-self.nominal).min(4.0 * self.nominal);
+        self.state.relative = None;
+        let rate = lesser(greater(self.state.frequency + correction, -self.nominal), 4.0 * self.nominal);
         self.state.phase += Phase::from_cycles(rate * self.period_s * (1.0 / TAU));
     }
 
@@ -513,9 +532,20 @@ impl PhaseLock {
         self.state.offset = self.state.sogi.mean - self.template.mean();
     }
 
-    /// The far error.
-    fn compare(&self) -> f32 {
-        let [x, q] = self.filtered.map(|shape| shape.at(self.state.phase).angle);
+    /// The filtered template, x and q.
+    fn filtered_at<const K: usize>(&self, harmonics: &Harmonics<K>) -> [f32; 2] {
+        let [x, q] = &self.filtered;
+        [x.at_harmonics(harmonics).angle, q.at_harmonics(harmonics).angle]
+    }
+
+    /// Amplitude of the filtered signal relative to that of the filtered template, x and q.
+    fn relative_to(&self, [x, q]: [f32; 2]) -> f32 {
+        let expected = greater(libm::sqrtf(x * x + q * q), 0.25 * self.moments.fundamental);
+        self.state.sogi.amplitude() / expected
+    }
+
+    /// The far error at the filtered template, x and q.
+    fn compare(&self, [x, q]: [f32; 2]) -> f32 {
         let Sogi { fundamental, quadrature, .. } = self.state.sogi;
         atan2(quadrature * x - fundamental * q, fundamental * x + quadrature * q)
     }
@@ -524,6 +554,29 @@ impl PhaseLock {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What the lock keeps of its last step is what it would compute, whatever is called between.
+    #[test]
+    fn the_kept_amplitude_is_that_of_the_state() {
+        let mut lock = PhaseLockConfig::default().build(hip(), Period::MILLISECOND).expect("in range");
+        let mut kept = 0;
+        for tick in 0..30_000_u32 {
+            let angle = Radians(hip().at(Phase::from_cycles(tick as f32 * 9e-4)).angle + 0.02);
+            match tick.wrapping_mul(2_654_435_761) >> 22 {
+                0 => lock.coast(),
+                1 => lock.settle_filter(angle),
+                2 => lock.set_phase(Phase(tick << 17)),
+                3 => lock.search(),
+                4 => lock.set_frequency(6.0),
+                5 if tick > 20_000 => lock.reset(),
+                _ => lock.step(angle),
+            }
+            kept += u32::from(lock.state.relative.is_some());
+            let computed = lock.relative_to(lock.filtered_at(&Harmonics::<FILTERED>::of(lock.state.phase)));
+            assert_eq!(lock.relative_amplitude().to_bits(), computed.to_bits(), "tick {tick}");
+        }
+        assert!(kept > 20_000, "{kept}");
+    }
 
     fn hip() -> Template {
         Template::new(

@@ -9,10 +9,14 @@
 //!
 //! The usual rate is the mean absolute rate of the template at the estimated stride frequency.
 
+use joint_units::order::lesser;
+
 /// Running mean square of the innovation: measured minus predicted angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Innovation {
     square: f32,
+    /// Of the square: it is asked more than once a tick.
+    root: f32,
 }
 
 /// Time constant of that mean, s.
@@ -20,17 +24,18 @@ const INNOVATION_S: f32 = 0.4;
 
 impl Innovation {
     pub(crate) const fn new() -> Self {
-        Self { square: 0.0 }
+        Self { square: 0.0, root: 0.0 }
     }
 
     /// Takes the innovation of one tick, rad.
     pub(crate) fn step(&mut self, innovation: f32, period_s: f32) {
         self.square += (innovation * innovation - self.square) * (period_s / INNOVATION_S).min(1.0);
+        self.root = libm::sqrtf(self.square);
     }
 
     /// Root mean square, radians.
-    pub(crate) fn root(&self) -> f32 {
-        libm::sqrtf(self.square)
+    pub(crate) const fn root(&self) -> f32 {
+        self.root
     }
 }
 
@@ -86,7 +91,7 @@ impl Activity {
         let mut least = f32::MAX;
         for (predicted, rate) in self.predicted.iter_mut().zip(predicted_rates) {
             *predicted += (rate.abs() - *predicted) * share;
-            least = least.min(*predicted);
+            least = lesser(*predicted, least);
         }
         let slow = rate.abs() < MOVING_RATE_FRACTION * usual;
         let idle = slow && self.measured < IDLE_RATE_FRACTION * least && least > 0.35 * usual;

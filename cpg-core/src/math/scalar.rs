@@ -10,6 +10,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use joint_units::Phase;
 
+use crate::math::phase_point::PhasePoint;
+
 /// A number type in which models can be computed: `f32`, and `f64` with the feature `f64`.
 pub trait Scalar:
     Copy
@@ -48,13 +50,26 @@ pub trait Scalar:
     /// The angle of the point (`x`, `y`) as a fraction of the circle, anticlockwise from the x axis; 0 at the origin.
     fn angle(y: Self, x: Self) -> Phase;
 
+    /// The same, not computed yet where the type can put it off.
+    fn phase_point(y: Self, x: Self) -> PhasePoint {
+        PhasePoint::Known(Self::angle(y, x))
+    }
+
     /// Whether it is a number and not infinite.
     fn is_finite(self) -> bool;
+
+    /// Whether the value is between `-limit` and `limit`, without the ends; false for NaN.
+    fn is_within(self, limit: Self) -> bool {
+        self < limit && self > -limit
+    }
 
     /// The value limited to `-limit` to `limit`; NaN stays NaN, so that a check finds it.
     #[must_use]
     fn clamp_to(self, limit: Self) -> Self {
-        if self > limit {
+        // First what is nearly always so.
+        if self.is_within(limit) {
+            self
+        } else if self > limit {
             limit
         } else if self < -limit {
             -limit
@@ -93,8 +108,17 @@ impl Scalar for f32 {
         crate::math::trig::angle(y, x)
     }
 
+    fn phase_point(y: Self, x: Self) -> PhasePoint {
+        PhasePoint::Of { y, x }
+    }
+
     fn is_finite(self) -> bool {
         Self::is_finite(self)
+    }
+
+    fn is_within(self, limit: Self) -> bool {
+        // One compare: the processor has the magnitude in one instruction.
+        self.abs() < limit
     }
 }
 
@@ -140,6 +164,25 @@ impl Scalar for f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    /// 100,000 cases, or as many as the variable `FOOTFALL_CASES` says.
+    fn cases() -> u32 {
+        std::env::var("FOOTFALL_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100_000)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(cases()))]
+
+        /// One compare of the magnitude decides as the two compares do, and clamping leaves the bits that the compares alone leave.
+        #[test]
+        fn within_is_between_both_ends(value in any::<f32>(), limit in any::<f32>(), pick in 0_usize..8) {
+            let value = [value, limit, -limit, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0][pick];
+            prop_assert_eq!(value.is_within(limit), value < limit && value > -limit, "{} {}", value, limit);
+            let clamped = if value > limit { limit } else if value < -limit { -limit } else { value };
+            prop_assert_eq!(value.clamp_to(limit).to_bits(), clamped.to_bits(), "{} {}", value, limit);
+        }
+    }
 
     #[test]
     fn clamping_keeps_the_sign_and_what_is_not_a_number() {

@@ -11,7 +11,7 @@ use core::marker::PhantomData;
 use joint_units::{Phase, RadPerSec, Radians};
 
 use crate::math::second_order::SecondOrder;
-use crate::{Field, Generator, Integrator, Rk4, Scalar, StateFault};
+use crate::{Field, Generator, Integrator, PhasePoint, Rk4, Scalar, StateFault};
 
 /// Bound of a state, as a multiple of the closed-form amplitude of the limit cycle.
 pub const BOUND_FACTOR: f32 = 3.0;
@@ -116,11 +116,14 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
     }
 
     fn inside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
+        let within = |values: &[T; N], limits: &[T; N]| values.iter().zip(limits).all(|(x, limit)| x.is_within(*limit));
+        if within(&state.x, &self.limit.x) && within(&state.v, &self.limit.v) {
+            return Ok(());
+        }
         let oscillators = state.x.iter().zip(&state.v).zip(self.limit.x.iter().zip(&self.limit.v));
         for (index, ((&x, &v), (&limit_x, &limit_v))) in oscillators.enumerate() {
             for (name, value, limit) in [("displacement", x, limit_x), ("velocity", v, limit_v)] {
-                // False for NaN too, so that a good value costs two compares.
-                if value < limit && value > -limit {
+                if value.is_within(limit) {
                     continue;
                 }
                 let state = Field::at(name, index);
@@ -155,10 +158,14 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Generator<N
     }
 
     fn phase(&self) -> Phase {
-        let (x, v) = (product(&self.now.x, &self.parts.x), product(&self.now.v, &self.parts.v));
-        match (x.first(), v.first()) {
-            (Some(&x), Some(&v)) => T::angle(-v, x),
-            _ => Phase(0),
+        self.phase_point().phase()
+    }
+
+    fn phase_point(&self) -> PhasePoint {
+        let first = |pair: &Pair<N, T>| Some((*pair.x.first()?, *pair.v.first()?));
+        match (first(&self.now), first(&self.parts)) {
+            (Some((x, v)), Some((part_x, part_v))) => T::phase_point(-(v * part_v), x * part_x),
+            _ => PhasePoint::Known(Phase(0)),
         }
     }
 

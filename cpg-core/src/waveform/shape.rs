@@ -95,22 +95,49 @@ impl<const H: usize> FourierShape<H> {
     pub const fn coefficients(&self) -> (f32, &[f32; H], &[f32; H]) {
         (self.mean, &self.cos, &self.sin)
     }
-}
 
-impl<const H: usize> Shape for FourierShape<H> {
-    fn at(&self, phase: Phase) -> ShapePoint {
-        // One sine and cosine; the harmonics are computed by rotation.
-        let (s1, c1) = sin_cos(phase);
-        let (mut s, mut c) = (s1, c1);
+    /// Value and slope at the phase of these harmonics, of which there are as many or more: the bits of [`Shape::at`].
+    #[inline]
+    #[must_use]
+    pub fn at_harmonics<const K: usize>(&self, harmonics: &Harmonics<K>) -> ShapePoint {
+        const { assert!(K >= H, "a harmonic for each coefficient") };
         let mut point = ShapePoint { angle: self.mean, slope: 0.0 };
         let mut order = core::f32::consts::TAU;
-        for (&a, &b) in self.cos.iter().zip(&self.sin) {
+        for ((&a, &b), &(s, c)) in self.cos.iter().zip(&self.sin).zip(&harmonics.0) {
             point.angle += a * c + b * s;
             point.slope += order * (b * c - a * s);
             order += core::f32::consts::TAU;
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
         }
         point
+    }
+}
+
+/// Sine and cosine of K harmonics of a phase, from the first on. Series at one phase share them: they are half of the work of a series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Harmonics<const K: usize>([(f32, f32); K]);
+
+impl<const K: usize> Harmonics<K> {
+    /// Those of a phase.
+    #[inline]
+    #[must_use]
+    pub fn of(phase: Phase) -> Self {
+        // One sine and cosine; the harmonics are computed by rotation.
+        let (s1, c1) = sin_cos(phase);
+        let (mut s, mut c) = (s1, c1);
+        let mut harmonics = [(0.0, 0.0); K];
+        for harmonic in &mut harmonics {
+            *harmonic = (s, c);
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+        }
+        Self(harmonics)
+    }
+}
+
+impl<const H: usize> Shape for FourierShape<H> {
+    // Once in the image, not in each of the rare callers.
+    #[inline(never)]
+    fn at(&self, phase: Phase) -> ShapePoint {
+        self.at_harmonics(&Harmonics::<H>::of(phase))
     }
 
     fn mean(&self) -> f32 {
@@ -325,6 +352,26 @@ impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
 mod tests {
     use super::*;
     use core::f32::consts::TAU;
+
+    /// A series of fewer harmonics among more of them, and its own: both by the rotation, written here once more.
+    #[test]
+    fn shared_harmonics_leave_every_bit() {
+        let shape = FourierShape::new(Radians(0.3), [0.4, -0.07, 0.02], [-0.3, 0.05, 0.011]).expect("in range");
+        for phase in phases().map(|phase| Phase(phase.0 ^ 0x5A5)) {
+            let (s1, c1) = sin_cos(phase);
+            let (mut s, mut c, mut order) = (s1, c1, TAU);
+            let (mut angle, mut slope) = (0.3_f32, 0.0_f32);
+            for (a, b) in [(0.4, -0.3), (-0.07, 0.05), (0.02, 0.011)] {
+                angle += a * c + b * s;
+                slope += order * (b * c - a * s);
+                order += TAU;
+                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            }
+            for point in [shape.at(phase), shape.at_harmonics(&Harmonics::<8>::of(phase))] {
+                assert_eq!([point.angle, point.slope].map(f32::to_bits), [angle, slope].map(f32::to_bits), "{phase:?}");
+            }
+        }
+    }
 
     fn phases() -> impl Iterator<Item = Phase> {
         (0..1000u32).map(|i| Phase(i.wrapping_mul(4_294_967)))

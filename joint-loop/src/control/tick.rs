@@ -100,7 +100,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.generate(sample, status.state);
 
         // Blend.
-        self.weight = self.stages.blend.advance_from(self.weight, actions.motion, self.gating == self.parked);
+        let at_park = !self.weight.is_at_start() || self.gating == self.parked;
+        self.weight = self.stages.blend.advance_from(self.weight, actions.motion, at_park);
         let target = self.target();
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
@@ -242,12 +243,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Converts codes to angles; returns the worst validity of all sensors.
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Validity {
         let mut worst = Validity::Good;
-        let channels = self.stages.sensors.iter().zip(&mut self.sensor_states).zip(sample.codes);
+        let channels = self.stages.sensors.iter().zip(&mut self.sensor_states).zip(&sample.codes);
         let seen = self.frame.measured.iter_mut().zip(&mut self.frame.validity);
         for (((sensor, state), code), (angle, validity)) in channels.zip(seen) {
             let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
-            let reading = sensor.sample(state, code, sample.vrefint);
+            let reading = sensor.sample(state, *code, sample.vrefint);
             (*angle, *validity) = (reading.angle, Some(reading.validity));
             worst = worst.worse(reading.validity);
         }
@@ -262,7 +263,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Action::Trim { .. } | Action::Jog { .. } => {
                 self.stages.trimmer.take(&mut self.trim, self.status.state, request.action)
             }
-            _ => self.tuner.take(request, self.generator.follow_status().is_some()),
+            _ => self.tuner.take(request, self.frame.following.is_some()),
         };
         self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
         match request.action {
@@ -308,7 +309,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator_sound: self.sound,
             // On the way to the park pose the joints may meet the envelope, which the generator does not.
             pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
-            person_stands: self.generator.follow_status().is_some_and(|status| status.state == Lock::Stopped),
+            person_stands: self.frame.following.is_some_and(|status| status.state == Lock::Stopped),
         }
     }
 
@@ -338,7 +339,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
         self.foot = sample.foot;
         if self.sound {
-            self.tuner.step(&mut self.source, &mut self.generator, self.frame.tick, state.moving());
+            // Whether it follows never changes; its status does not until it is stepped.
+            let follows = self.frame.following.is_some();
+            self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving());
         } else if !state.moving() {
             self.source.reset(&mut self.generator);
         }

@@ -16,7 +16,7 @@ pub mod spline;
 pub mod thesis;
 
 use cpg_core::entrainment::FollowStatus;
-use cpg_core::{BuildError, Follow, Generator, StateFault};
+use cpg_core::{BuildError, Follow, Generator, PhasePoint, StateFault};
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
 #[cfg(feature = "serde")]
@@ -158,6 +158,12 @@ macro_rules! board_generators {
             fn phase(&self) -> Phase {
                 match self {
                     $(Self::$variant(generator) => generator.phase(),)+
+                }
+            }
+
+            fn phase_point(&self) -> PhasePoint {
+                match self {
+                    $(Self::$variant(generator) => generator.phase_point(),)+
                 }
             }
 

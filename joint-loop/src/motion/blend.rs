@@ -11,7 +11,7 @@
 
 use crate::control::supervisor::Motion;
 use crate::error::{LoopError, inside, ticks};
-use crate::motion::ramp::{fraction, minimum_jerk};
+use crate::motion::ramp::ramp;
 use crate::setup::robot::{DEFAULT_PARK, GateConfig};
 use joint_units::{Joint, Period, Radians};
 
@@ -125,7 +125,6 @@ impl Blend {
     /// Share of the generator in the target, 0 to 1.
     #[must_use]
     pub fn weight(&self, weight: Weight) -> f32 {
-        let ramp = |ticks, duration| minimum_jerk(fraction(ticks, duration));
         ramp(weight.rise, self.ramp) * (1.0 - ramp(weight.stop, self.stop)) * (1.0 - ramp(weight.hurry, self.hurry))
     }
 
@@ -167,6 +166,7 @@ impl Blend {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::ramp::minimum_jerk;
     use proptest::prelude::*;
 
     fn blend() -> Blend {

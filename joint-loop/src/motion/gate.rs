@@ -42,7 +42,9 @@ pub struct NonFinite {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
     joints: [Limits; Joint::COUNT],
-    pose: [Option<Edge>; POSE_LIMITS],
+    /// The first `edge_count` are those of the envelope.
+    edges: [Edge; POSE_LIMITS],
+    edge_count: usize,
 }
 
 /// State of the gate, in steps: position of every joint, motion in the last tick, last goal.
@@ -83,12 +85,13 @@ impl Gate {
         let joints =
             [joint(Joint::LeftHip)?, joint(Joint::RightHip)?, joint(Joint::LeftKnee)?, joint(Joint::RightKnee)?];
 
-        let mut pose = [None; POSE_LIMITS];
-        for (index, (edge, limit)) in pose.iter_mut().zip(&config.pose).enumerate() {
-            *edge = limit.as_ref().map(|limit| Edge::build(index, limit, &joints)).transpose()?;
+        let mut gate = Self { joints, edges: [Edge::NONE; POSE_LIMITS], edge_count: 0 };
+        let limits = config.pose.iter().enumerate().filter_map(|(index, limit)| Some((index, limit.as_ref()?)));
+        for (edge, (index, limit)) in gate.edges.iter_mut().zip(limits) {
+            *edge = Edge::build(index, limit, &joints)?;
+            gate.edge_count += 1;
         }
-
-        Ok(Self { joints, pose })
+        Ok(gate)
     }
 
     /// State at rest in a pose; `None` unless the pose is finite, in range and in the envelope.
@@ -98,7 +101,7 @@ impl Gate {
         let state = GateState { position, step: [0; Joint::COUNT], goal: position };
         let in_range = position.iter().zip(&self.joints).all(|(p, limits)| (limits.least..=limits.most).contains(p));
         // In this order: only sums of positions in range fit.
-        let in_envelope = || self.pose.iter().flatten().all(|edge| edge.sum(&position) <= edge.most);
+        let in_envelope = || self.edges().iter().all(|edge| edge.sum(&position) <= edge.most);
         (pose.iter().all(|angle| angle.0.is_finite()) && in_range && in_envelope()).then_some(state)
     }
 
@@ -108,12 +111,12 @@ impl Gate {
         if pose.iter().any(|angle| !angle.0.is_finite()) {
             return None;
         }
-        let Allowed { goal: mut position, .. } = self.allowed(pose);
+        let Allowed { goal: mut position, .. } = self.allowed(pose, false);
         // A limit in single precision may be some steps beyond it.
         for (position, limits) in position.iter_mut().zip(&self.joints) {
             *position = limits.hold(i64::from(*position));
         }
-        let in_envelope = self.pose.iter().flatten().all(|edge| edge.sum(&position) <= edge.most);
+        let in_envelope = self.edges().iter().all(|edge| edge.sum(&position) <= edge.most);
         in_envelope.then_some(GateState { position, step: [0; Joint::COUNT], goal: position })
     }
 
@@ -132,37 +135,38 @@ impl Gate {
         state: &mut GateState,
         target: [Radians; Joint::COUNT],
     ) -> Result<([Radians; Joint::COUNT], GateStatus), NonFinite> {
-        // All later steps need finite targets.
-        for (joint, angle) in Joint::ALL.into_iter().zip(target) {
-            if !angle.0.is_finite() {
-                return Err(NonFinite { joint });
+        // All later steps need finite targets; those in range are.
+        let in_range = self.joints.iter().zip(&target).all(|(limits, angle)| limits.contain(*angle));
+        if !in_range {
+            for (joint, angle) in Joint::ALL.into_iter().zip(target) {
+                if !angle.0.is_finite() {
+                    return Err(NonFinite { joint });
+                }
             }
         }
-        let Allowed { mut kept, aimed, goal, mut status } = self.allowed(target);
+        let Allowed { mut kept, aimed, goal, mut status } = self.allowed(target, in_range);
 
         // Rate, acceleration and braking: joint by joint, with the new steps of the joints before it.
-        let before = *state;
-        let near = self.near_edges(&before);
+        let near = self.near_edges(state);
         for joint in Joint::ALL {
             let at = joint as usize & 3;
             // Each of these is a difference of two positions in range, so it fits.
-            let wanted = goal[at] - before.position[at];
-            let limits = &self.joints[at];
-            // Not `clamp`, which can panic: it requires its bounds to be in order.
-            let drift = (goal[at] - before.goal[at]).max(-limits.rate).min(limits.rate);
-            let left = wanted - drift;
-            let asked = drift + left.signum() * limits.reach(i64::from(left.abs())) as i32;
-            let (step, why) = match self.admit_far(&before, joint, asked) {
-                Some(admitted) if near & 1 << at == 0 => admitted,
-                _ => self.admit(state, &before, joint, asked),
+            let wanted = goal[at] - state.position[at];
+            let is_on_goal = state.position[at] == state.goal[at];
+            let is_free = near & 1 << at == 0;
+            let step = if is_free && is_on_goal && self.joints[at].allow(state.position[at], state.step[at], wanted) {
+                wanted
+            } else {
+                let (step, why) = self.step(state, joint, goal[at], is_free);
+                if step != wanted {
+                    status = status.with(why);
+                }
+                step
             };
-            if step != wanted {
-                status = status.with(why);
-            }
             state.step[at] = step;
-            state.position[at] = before.position[at] + step;
+            state.position[at] += step;
+            state.goal[at] = goal[at];
         }
-        state.goal = goal;
 
         // The target itself if the joint is on it, else the position.
         for ((angle, position), aimed) in kept.iter_mut().zip(state.position).zip(aimed) {
@@ -173,28 +177,50 @@ impl Gate {
         Ok((kept, status))
     }
 
-    /// Range and pose envelope of finite targets.
-    fn allowed(&self, target: [Radians; Joint::COUNT]) -> Allowed {
+    /// The step of a joint towards its goal, and the limit that bounds it. `is_free`: no edge of the envelope bounds it.
+    fn step(&self, now: &GateState, joint: Joint, goal: i32, is_free: bool) -> (i32, GateStatus) {
+        let at = joint as usize & 3;
+        let limits = &self.joints[at];
+        let wanted = goal - now.position[at];
+        // Not `clamp`, which can panic: it requires its bounds to be in order.
+        let drift = (goal - now.goal[at]).max(-limits.rate).min(limits.rate);
+        let left = wanted - drift;
+        let asked = drift + left.signum() * limits.reach(i64::from(left.abs())) as i32;
+        match self.admit_far(now, joint, asked) {
+            Some(admitted) if is_free => admitted,
+            _ => self.admit(now, joint, asked),
+        }
+    }
+
+    /// The edges of the pose envelope.
+    fn edges(&self) -> &[Edge] {
+        self.edges.get(..self.edge_count).unwrap_or(&self.edges)
+    }
+
+    /// Range and pose envelope of finite targets, which may all be in range already.
+    fn allowed(&self, target: [Radians; Joint::COUNT], in_range: bool) -> Allowed {
         let mut status = GateStatus::NONE;
 
         // Range.
         let mut kept = target;
-        for (angle, limits) in kept.iter_mut().zip(&self.joints) {
-            // Compares, since `f32::max` and `f32::min` are calls on this processor.
-            let (least, most) = (limits.least as f32 / STEPS, limits.most as f32 / STEPS);
-            if angle.0 < least {
-                *angle = Radians(least);
-                status = status.with(GateStatus::RANGE);
-            } else if angle.0 > most {
-                *angle = Radians(most);
-                status = status.with(GateStatus::RANGE);
+        if !in_range {
+            for (angle, limits) in kept.iter_mut().zip(&self.joints) {
+                let [least, most] = limits.ends;
+                // Compares, since `f32::max` and `f32::min` are calls on this processor.
+                if angle.0 < least {
+                    *angle = Radians(least);
+                    status = status.with(GateStatus::RANGE);
+                } else if angle.0 > most {
+                    *angle = Radians(most);
+                    status = status.with(GateStatus::RANGE);
+                }
             }
         }
         let aimed = kept.map(|angle| (angle.0 * STEPS) as i32);
 
         // Pose envelope: each of the two joints takes half of the excess.
         let mut goal = aimed;
-        for edge in self.pose.iter().flatten() {
+        for edge in self.edges() {
             let sum = edge.sum(&goal);
             if sum > edge.most {
                 let half = (i64::from(sum) - i64::from(edge.most) + 1) / 2;

@@ -18,6 +18,8 @@ pub(crate) struct Limits {
     /// At most 18 rad/s for 10 ms, so well within an `i32`.
     pub(crate) rate: i32,
     pub(crate) acceleration: NonZeroU32,
+    /// Both ends of the range, rad.
+    pub(crate) ends: [f32; 2],
     /// `rate + brake(rate)`: with so much clearance or more, a bound allows every step that the rate allows. Braking takes at most 90 degrees.
     pub(crate) clearance: i32,
 }
@@ -63,9 +65,29 @@ impl Limits {
         let rate = (rate * dt * STEPS) as u32;
         let acceleration = ((acceleration * dt * dt * STEPS) as u32).min(rate.saturating_mul(2));
         let acceleration = NonZeroU32::new(acceleration).unwrap_or(NonZeroU32::MIN);
-        let mut limits = Self { least, most, rate: rate as i32, acceleration, clearance: 0 };
+        let mut limits = Self {
+            least,
+            most,
+            rate: rate as i32,
+            acceleration,
+            ends: [least, most].map(|end| end as f32 / STEPS),
+            clearance: 0,
+        };
         limits.clearance = (i64::from(limits.rate) + limits.brake(i64::from(limits.rate))) as i32;
         Ok(limits)
+    }
+
+    /// Whether the angle is in range; no angle is that is not finite.
+    pub(crate) fn contain(&self, angle: Radians) -> bool {
+        let [least, most] = self.ends;
+        angle.0 >= least && angle.0 <= most
+    }
+
+    /// Whether rate, acceleration and range allow this step at this position, whatever follows. False also where more than these would have to be
+    /// computed to know.
+    pub(crate) fn allow(&self, position: i32, last: i32, step: i32) -> bool {
+        let distance = if step < 0 { position - self.least } else { self.most - position };
+        step.abs() <= self.rate && (step - last).unsigned_abs() <= self.acceleration.get() && distance >= self.clearance
     }
 
     /// Nearest position in range.
@@ -94,6 +116,10 @@ impl Limits {
 }
 
 impl Edge {
+    /// In the place of an edge where there is none.
+    pub(crate) const NONE: Self =
+        Self { joints: [Joint::LeftHip, Joint::RightHip], sign: 1, most: i32::MAX, far: i32::MAX };
+
     pub(crate) fn build(index: usize, limit: &PoseLimit, joints: &[Limits; Joint::COUNT]) -> Result<Self, LoopError> {
         if limit.first == limit.second {
             return Err(LoopError::SameJoint { index });

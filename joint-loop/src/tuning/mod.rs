@@ -33,6 +33,7 @@
 //! # Ok::<(), joint_loop::setup::default_loop::BoardLoopError>(())
 //! ```
 
+mod effect;
 mod paced;
 mod parameter;
 mod request;

@@ -11,7 +11,7 @@ use joint_units::{Joint, Radians};
 pub(crate) struct Paced {
     /// 1 is at the last step, above 0.
     fraction: f32,
-    /// Angles at the step before it.
+    /// Angles at the step before it; old ones while `fraction` is 1, which needs none.
     before: [Radians; Joint::COUNT],
 }
 
@@ -26,9 +26,11 @@ impl Paced {
         self.fraction += speed;
         for _ in 0..2 {
             if self.fraction > 1.0 {
-                self.before = generator.angles();
-                generator.step();
                 self.fraction -= 1.0;
+                if self.fraction != 1.0 {
+                    self.before = generator.angles();
+                }
+                generator.step();
             }
         }
     }
@@ -42,5 +44,41 @@ impl Paced {
             }
         }
         angles
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cpg_core::gait::default_walk::default_walk;
+    use joint_units::Period;
+
+    /// The angles before a step are not read at speed 1: leaving them out changes no bit when the speed changes after it.
+    #[test]
+    fn the_angles_are_those_with_every_step_kept() {
+        let mut generator = default_walk(Period::MILLISECOND).expect("in range");
+        let mut paced = Paced::new(&generator);
+        let (mut plain, mut fraction) = (generator, 1.0_f32);
+        let mut before = plain.angles();
+        for tick in 0..20_000_u32 {
+            let speed = [1.0, 0.5, 1.0, 1.25, 2.0, 0.75, 1.0, 1.5][(tick / 37 % 8) as usize];
+            paced.step(&mut generator, speed);
+            fraction += speed;
+            for _ in 0..2 {
+                if fraction > 1.0 {
+                    before = plain.angles();
+                    plain.step();
+                    fraction -= 1.0;
+                }
+            }
+            let mut angles = plain.angles();
+            if fraction != 1.0 {
+                for (angle, before) in angles.iter_mut().zip(before) {
+                    angle.0 = before.0 + (angle.0 - before.0) * fraction;
+                }
+            }
+            let bits = |angles: [Radians; Joint::COUNT]| angles.map(|angle| angle.0.to_bits());
+            assert_eq!(bits(paced.angles(&generator)), bits(angles), "tick {tick}");
+        }
     }
 }

@@ -1,7 +1,5 @@
 //! A value for every parameter.
 
-use joint_units::{Joint, Radians};
-
 use crate::tuning::parameter::{GAITS, Parameter};
 use crate::tuning::request::Outcome;
 use cpg_core::gait::named::Gait;
@@ -68,13 +66,5 @@ impl Settings {
     pub fn ticks_a_record(&self) -> u32 {
         let rate = u32::try_from(self.thousandths(Parameter::RecordRate) / 1000).unwrap_or(1).max(1);
         1000_u32.div_ceil(rate)
-    }
-
-    /// Factors of the joints, and what is added to them.
-    pub(crate) fn joints(&self) -> [(f32, Radians); Joint::COUNT] {
-        Joint::ALL.map(|joint| {
-            let degrees = self.value(Parameter::Offset(joint));
-            (self.value(Parameter::Amplitude(joint)), Radians::from_degrees(degrees))
-        })
     }
 }

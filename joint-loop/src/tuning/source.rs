@@ -1,8 +1,8 @@
 //! The source of the angles: the board's own generator or a gait by name, each at the set speed, and the ramp from one to the other.
 
 use cpg_core::gait::named::DefaultGait;
-use cpg_core::{Follow, Generator, StateFault};
-use joint_units::{Joint, Phase, Radians};
+use cpg_core::{Generator, PhasePoint, StateFault};
+use joint_units::{Joint, Radians};
 
 use crate::tuning::paced::Paced;
 
@@ -20,13 +20,14 @@ pub(crate) struct Source {
     present: Option<Named>,
     /// What the ramp leads away from.
     left: Option<Option<Named>>,
-    phase: Phase,
+    /// Phases of what moves the joints, in the last tick and in the one before.
+    points: [PhasePoint; 2],
 }
 
 impl Source {
     /// The board's own generator.
     pub(crate) fn new(own: &impl Generator<{ Joint::COUNT }>) -> Self {
-        Self { own: Paced::new(own), present: None, left: None, phase: own.phase() }
+        Self { own: Paced::new(own), present: None, left: None, points: [own.phase_point(); 2] }
     }
 
     /// Changes to a gait at its start, or to the board's own generator. The ramp begins.
@@ -40,16 +41,23 @@ impl Source {
         self.left = None;
     }
 
-    /// Advances all by a tick. Returns true at a phase boundary: the phase of what moves the joints passed zero.
-    pub(crate) fn step<G: Generator<{ Joint::COUNT }> + Follow>(&mut self, own: &mut G, speed: f32) -> bool {
-        // A follower is in the time of the person.
-        self.own.step(own, if own.follow_status().is_some() { 1.0 } else { speed });
-        for named in self.left.iter_mut().flatten().chain(&mut self.present) {
+    /// Advances all by a tick; `follows`: the board's own generator is a follower, which is in the time of the person.
+    pub(crate) fn step<G: Generator<{ Joint::COUNT }>>(&mut self, own: &mut G, follows: bool, speed: f32) {
+        self.own.step(own, if follows { 1.0 } else { speed });
+        if let Some(Some(named)) = &mut self.left {
             named.paced.step(&mut named.gait, speed);
         }
-        let phase = self.present.as_ref().map_or_else(|| own.phase(), |named| named.gait.phase());
-        let before = core::mem::replace(&mut self.phase, phase);
-        before.0.saturating_sub(phase.0) > u32::MAX / 2
+        if let Some(named) = &mut self.present {
+            named.paced.step(&mut named.gait, speed);
+        }
+        let point = self.present.as_ref().map_or_else(|| own.phase_point(), |named| named.gait.phase_point());
+        self.points = [point, self.points[0]];
+    }
+
+    /// Whether the last tick was a phase boundary: the phase of what moves the joints passed zero.
+    pub(crate) fn is_at_boundary(&self) -> bool {
+        let [now, before] = self.points.map(PhasePoint::phase);
+        before.0.saturating_sub(now.0) > u32::MAX / 2
     }
 
     /// The angles; `weight` is the share of the new source while a ramp leads from one to the other.
@@ -70,7 +78,10 @@ impl Source {
     /// Whether every state is finite and inside its bound.
     pub(crate) fn check<G: Generator<{ Joint::COUNT }>>(&self, own: &G) -> Result<(), StateFault> {
         own.check()?;
-        self.left.iter().flatten().chain(&self.present).try_for_each(|named| named.gait.check())
+        if let Some(Some(left)) = &self.left {
+            left.gait.check()?;
+        }
+        self.present.as_ref().map_or(Ok(()), |named| named.gait.check())
     }
 
     /// Everything at its start; the source stays.

@@ -1,10 +1,11 @@
 //! Takes requests, stages settings, and leads the motion to them.
 
+use cpg_core::Generator;
 use cpg_core::gait::named::DefaultGait;
-use cpg_core::{Follow, Generator};
 use joint_units::{Joint, Period, Radians};
 
-use crate::motion::ramp::{fraction, minimum_jerk};
+use crate::motion::ramp::ramp;
+use crate::tuning::effect::Effect;
 use crate::tuning::parameter::Parameter;
 use crate::tuning::request::{Action, Answer, Outcome, Request};
 use crate::tuning::settings::Settings;
@@ -48,8 +49,9 @@ pub(crate) struct Tuner {
     ramp: Option<u32>,
     staged: Option<Staged>,
     answers: [Option<Answer>; 2],
-    /// The source passed a phase boundary in the last tick.
-    boundary: bool,
+    /// That of the settings, and where the ramp began.
+    effect: Effect,
+    was: Effect,
 }
 
 impl Tuner {
@@ -64,7 +66,8 @@ impl Tuner {
             ramp: None,
             staged: None,
             answers: [None; 2],
-            boundary: false,
+            effect: Effect::of(&Settings::default()),
+            was: Effect::of(&Settings::default()),
         }
     }
 
@@ -133,7 +136,7 @@ impl Tuner {
         }
         let Some(staged) = &mut self.staged else { return };
         staged.waited = staged.waited.saturating_add(1);
-        let due = self.ramp.is_none() && (self.boundary || staged.waited > self.longest_wait);
+        let due = self.ramp.is_none() && (source.is_at_boundary() || staged.waited > self.longest_wait);
         if moving && !due {
             return;
         }
@@ -143,6 +146,7 @@ impl Tuner {
             source.change(gait);
         }
         self.before = Some(core::mem::replace(&mut self.settings, settings));
+        self.was = core::mem::replace(&mut self.effect, Effect::of(&settings));
         if moving {
             self.ramp = Some(0);
         } else {
@@ -155,47 +159,49 @@ impl Tuner {
         }
     }
 
-    /// Advances the source by a tick, at the present speed.
-    pub(crate) fn step<G: Generator<{ Joint::COUNT }> + Follow>(
+    /// Advances the source by a tick, at the present speed; `follows`: the board's own generator is a follower.
+    pub(crate) fn step<G: Generator<{ Joint::COUNT }>>(
         &mut self,
         source: &mut Source,
         own: &mut G,
+        follows: bool,
         tick: u32,
         moving: bool,
     ) {
         self.advance(source, tick, moving);
-        let [speed, was] = [self.settings, self.start()].map(|settings| settings.value(Parameter::Speed));
-        let speed = if self.ramp.is_some() { was + (speed - was) * self.weight() } else { speed };
-        self.boundary = source.step(own, speed);
+        let speed = if self.ramp.is_some() { self.present(self.weight()).speed } else { self.effect.speed };
+        source.step(own, follows, speed);
     }
 
     /// The angles with amplitudes and offsets; with the default settings those of the generator, bit for bit.
     pub(crate) fn angles<G: Generator<{ Joint::COUNT }>>(&self, source: &Source, own: &G) -> [Radians; Joint::COUNT] {
         let weight = self.weight();
         let mut angles = source.angles(own, weight);
-        let joints = self.settings.joints().into_iter().zip(self.start().joints());
-        for ((angle, park), ((factor, added), (was_factor, was_added))) in
-            angles.iter_mut().zip(self.robot.park).zip(joints)
-        {
-            let factor = was_factor + (factor - was_factor) * weight;
-            let added = was_added.0 + (added.0 - was_added.0) * weight;
-            if factor != 1.0 || added != 0.0 {
-                angle.0 = park.0 + (angle.0 - park.0) * factor + added;
+        let present;
+        let effect = if self.ramp.is_some() {
+            present = self.present(weight);
+            &present
+        } else {
+            &self.effect
+        };
+        for ((angle, park), (factor, added)) in angles.iter_mut().zip(&self.robot.park).zip(&effect.joints) {
+            if *factor != 1.0 || added.0 != 0.0 {
+                angle.0 = park.0 + (angle.0 - park.0) * factor + added.0;
             }
         }
         angles
     }
 
-    /// Where the ramp began.
-    fn start(&self) -> Settings {
-        self.before.filter(|_| self.ramp.is_some()).unwrap_or(self.settings)
+    /// Effect of the settings during the ramp.
+    fn present(&self, weight: f32) -> Effect {
+        self.was.towards(&self.effect, weight)
     }
 
     /// Share of the present settings.
     fn weight(&self) -> f32 {
         match self.ramp {
             None => 1.0,
-            ramp => minimum_jerk(fraction(ramp, self.ramp_ticks)),
+            elapsed => ramp(elapsed, self.ramp_ticks),
         }
     }
 }

@@ -6,10 +6,10 @@ use joint_units::Joint;
 
 impl Gate {
     /// The joints that an edge of the envelope may bound in this tick: a bit each.
-    pub(super) fn near_edges(&self, before: &GateState) -> u8 {
+    pub(super) fn near_edges(&self, now: &GateState) -> u8 {
         let mut near = 0;
-        for edge in self.pose.iter().flatten() {
-            if edge.sum(&before.position) > edge.far {
+        for edge in self.edges() {
+            if edge.sum(&now.position) > edge.far {
                 for joint in edge.joints {
                     near |= 1 << (joint as usize & 3);
                 }
@@ -23,10 +23,10 @@ impl Gate {
     ///
     /// A bound at a distance of the clearance or more allows every step within the rate. A joint that does not move towards an end of
     /// its range is not bounded by it, since it is inside.
-    pub(super) fn admit_far(&self, before: &GateState, joint: Joint, asked: i32) -> Option<(i32, GateStatus)> {
+    pub(super) fn admit_far(&self, now: &GateState, joint: Joint, asked: i32) -> Option<(i32, GateStatus)> {
         let at = joint as usize & 3;
-        let (position, limits) = (before.position[at], &self.joints[at]);
-        let (low, high) = own_bounds(limits, before.step[at]);
+        let (position, limits) = (now.position[at], &self.joints[at]);
+        let (low, high) = own_bounds(limits, now.step[at]);
         let (step, why) = nearest(asked, low, high);
         let distance = match step {
             1.. => limits.most - position,
@@ -39,11 +39,11 @@ impl Gate {
     /// The viable step nearest to `asked`, and the limit that bounds it.
     ///
     /// In `now` the joints before this one have their state of this tick, the others that of the last.
-    pub(super) fn admit(&self, now: &GateState, before: &GateState, joint: Joint, asked: i32) -> (i32, GateStatus) {
+    pub(super) fn admit(&self, now: &GateState, joint: Joint, asked: i32) -> (i32, GateStatus) {
         let at = joint as usize & 3;
         let limits = &self.joints[at];
-        let position = i64::from(before.position[at]);
-        let (mut low, mut high) = own_bounds(limits, before.step[at]);
+        let position = i64::from(now.position[at]);
+        let (mut low, mut high) = own_bounds(limits, now.step[at]);
         let mut bound = |sign: i64, margin: i64, why| {
             // At more than the clearance, the rate is the stricter bound.
             if margin >= i64::from(limits.clearance) {
@@ -58,7 +58,7 @@ impl Gate {
         };
         bound(1, i64::from(limits.most) - position, GateStatus::RANGE);
         bound(-1, position - i64::from(limits.least), GateStatus::RANGE);
-        for edge in self.pose.iter().flatten() {
+        for edge in self.edges() {
             let ([first, second], second_sign) = (edge.joints, i64::from(edge.sign));
             let (partner, sign, partner_sign) = match joint {
                 joint if joint == first => (second, 1, second_sign),

@@ -24,7 +24,7 @@ impl Gate {
 
         // Pose envelope: each of the two joints takes half of the excess.
         let mut goal = aimed;
-        for edge in self.pose.iter().flatten() {
+        for edge in self.edges() {
             let excess = i64::from(edge.sum(&goal)) - i64::from(edge.most);
             if excess > 0 {
                 for (joint, sign) in edge.joints.into_iter().zip([1, i64::from(edge.sign)]) {
@@ -88,7 +88,7 @@ impl Gate {
             bound(sign, i64::from(limits.rate), GateStatus::RATE);
             bound(sign, limits.reach(margin), GateStatus::RANGE);
         }
-        for edge in self.pose.iter().flatten() {
+        for edge in self.edges() {
             let [first, second] = edge.joints;
             let second_sign = i64::from(edge.sign);
             let [sign, partner_sign] = if joint == first { [1, second_sign] } else { [second_sign, 1] };

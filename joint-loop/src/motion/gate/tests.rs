@@ -71,7 +71,7 @@ fn assert_kept(gate: &Gate, before: &GateState, after: &GateState) {
         assert!(step.abs() <= i64::from(limits.rate), "rate of joint {joint}: {step}");
         assert!((step - i64::from(before.step[joint])).abs() <= a, "acceleration of joint {joint}");
     }
-    for edge in gate.pose.iter().flatten() {
+    for edge in gate.edges() {
         assert!(edge.sum(&after.position) <= edge.most, "{edge:?} {after:?}");
     }
 }

@@ -4,7 +4,7 @@
 //! wrong text, so the hash of the file goes into every capture, and a stream whose first frame is malformed is refused.
 
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
-use firmware::board::{BOARDS, Board};
+use firmware::board::BOARDS;
 use joint_loop::SENSORS;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -15,6 +15,14 @@ use crate::file::bounded::{self, ReadError};
 
 /// Most bytes of an ELF file: an image with all of its debugging data has a hundredth of that.
 const MOST_BYTES: u64 = 1 << 30;
+
+/// How the symbol begins that names the board of an image.
+const BOARD_SYMBOL: &str = "__board_";
+
+/// The symbol of a board's image, as it stands in the table of names.
+fn board_symbol(board: &str) -> String {
+    format!("{BOARD_SYMBOL}{}\0", board.replace('-', "_"))
+}
 
 /// Why an ELF file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -65,21 +73,22 @@ impl Image {
         Ok(Self { sha256: sha256(&bytes), table, bytes })
     }
 
-    /// Whether the image is of that board: the name, which its boot record has, is somewhere in the file. Images of two boards may have the
-    /// same table.
+    /// Whether the image is of that board, by the symbol of its build. A file without one is of the boards whose names are somewhere in it. Images of two
+    /// boards may have the same table.
     #[must_use]
     pub fn is_of_board(&self, name: &str) -> bool {
-        name.is_empty() || self.bytes.windows(name.len()).any(|text| text == name.as_bytes())
+        name.is_empty() || self.holds(&board_symbol(name)) || !self.holds(BOARD_SYMBOL) && self.holds(name)
     }
 
-    /// The pins of the sensors of the image's board, from channel 1 on: the build names it by a symbol. Without one they are those of the default board.
+    /// The pins of the sensors of the image's board, from channel 1 on. Without the symbol of a board they are those of the default board.
     #[must_use]
     pub fn sensor_pins(&self) -> [&'static str; SENSORS] {
-        let is_named = |board: &&&Board| {
-            let symbol = format!("__board_{}\0", board.name.replace('-', "_"));
-            self.bytes.windows(symbol.len()).any(|text| text == symbol.as_bytes())
-        };
-        BOARDS.iter().find(is_named).map_or(SENSOR_PINS, |board| sensor_pins(board))
+        let named = BOARDS.iter().find(|board| self.holds(&board_symbol(board.name)));
+        named.map_or(SENSOR_PINS, |board| sensor_pins(board))
+    }
+
+    fn holds(&self, text: &str) -> bool {
+        self.bytes.windows(text.len()).any(|bytes| bytes == text.as_bytes())
     }
 
     /// A decoder at the beginning of a stream.
