@@ -67,12 +67,19 @@ pub(crate) fn mutants(options: &Options) -> Result<ExitCode> {
         for file in &options.file {
             command.args(["--file", file]);
         }
-        if let Some(shard) = &options.shard {
-            // In turn, so that a part is a sample of every file.
-            command.args(["--shard", shard, "--sharding", "round-robin"]);
-        }
-        if options.iterate || place > 0 {
-            command.arg("--iterate");
+        if place == 0 {
+            if let Some(shard) = &options.shard {
+                // In turn, so that a part is a sample of every file.
+                command.args(["--shard", shard, "--sharding", "round-robin"]);
+            }
+            if options.iterate {
+                command.arg("--iterate");
+            }
+        } else {
+            // By name: cargo-mutants takes a part of what is left, which is another part.
+            for (_, name) in &result.missed {
+                command.args(["--re", &format!("^{}$", regex_syntax::escape(name))]);
+            }
         }
         let status = shell::each_line(&mut command, |_, line| eprintln!("{line}")).context("cargo mutants")?;
         if !status.code().is_some_and(|code| ENDS.contains(&code)) {
