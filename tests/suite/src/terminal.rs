@@ -69,13 +69,21 @@ impl Terminal {
     /// It is not there in time.
     #[must_use]
     pub fn sees(&self, what: &str) -> String {
+        self.sees_all(&[what])
+    }
+
+    /// Waits until all of these are on the screen at one time, and gives the screen. A frame arrives in parts: what stands below one of the words
+    /// may still be that of the frame before.
+    ///
+    /// # Panics
+    /// They are not there in time.
+    #[must_use]
+    pub fn sees_all(&self, what: &[&str]) -> String {
         let began = Instant::now();
         loop {
             let shown = self.shows();
-            if shown.contains(what) {
-                return shown;
-            }
-            assert!(began.elapsed() < PATIENCE, "never saw `{what}`:\n{shown}");
+            let Some(missing) = what.iter().find(|words| !shown.contains(**words)) else { return shown };
+            assert!(began.elapsed() < PATIENCE, "never saw `{missing}`:\n{shown}");
             sleep(Duration::from_millis(20));
         }
     }

@@ -15,8 +15,10 @@ const RATES: [i32; 10] = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 pub struct Tuning {
     selected: usize,
     requests: Requests,
-    /// What became of the last request, or why there was none.
+    /// What became of the last request, or why there was none; or how an earlier one failed.
     last: String,
+    /// The last request.
+    asked: Option<Request>,
 }
 
 impl Tuning {
@@ -46,7 +48,8 @@ impl Tuning {
             }
         };
         self.last = format!("{}: sent", in_words(action));
-        Some(self.requests.ask(action, now))
+        self.asked = Some(self.requests.ask(action, now));
+        self.asked
     }
 
     /// The request could not be sent.
@@ -57,6 +60,11 @@ impl Tuning {
     /// Takes an answer of the board.
     pub fn take(&mut self, answer: &Answered) {
         for Reply { request, tick, outcome } in self.requests.take(answer) {
+            let went_well = matches!(outcome, Outcome::Staged | Outcome::InEffect);
+            if went_well && self.asked != Some(request) {
+                // What a person looks for now is the answer to the last key.
+                continue;
+            }
             let what = match (outcome, request.action) {
                 (Outcome::Staged, _) => format!("staged at tick {tick}, waits for the next phase boundary"),
                 (Outcome::InEffect, Action::Stop) => format!("stops from tick {tick} on"),
@@ -187,6 +195,23 @@ mod tests {
         tuning.press(TuneKey::Previous, now);
         tuning.press(TuneKey::Previous, now);
         assert!(tuning.lines()[0].contains("record_rate = 100 1/s"), "{:?}", tuning.lines());
+    }
+
+    /// An undo may take effect after the stop that was pressed next.
+    #[test]
+    fn an_earlier_request_is_shown_only_where_it_failed() {
+        let (mut tuning, now) = (Tuning::default(), Instant::now());
+        tuning.booted();
+        let [undo, stop] = [TuneKey::Undo, TuneKey::Stop].map(|key| tuning.press(key, now).unwrap());
+        tuning.take(&answer(undo, 290, Outcome::Staged));
+        assert_eq!(tuning.lines()[1], "stop: sent");
+        tuning.take(&answer(stop, 300, Outcome::InEffect));
+        tuning.take(&answer(undo, 350, Outcome::InEffect));
+        assert_eq!(tuning.lines()[1], "stop: stops from tick 300 on");
+        let [undo, stop] = [TuneKey::Undo, TuneKey::Stop].map(|key| tuning.press(key, now).unwrap());
+        tuning.take(&answer(stop, 400, Outcome::InEffect));
+        tuning.take(&answer(undo, 401, Outcome::NothingToUndo));
+        assert_eq!(tuning.lines()[1], "undo: refused at tick 401: there was no change before");
     }
 
     /// Every value that the keys reach is allowed, from one end of the range to the other.
