@@ -1,5 +1,6 @@
 //! Fault scripts on the virtual board: the one of the page, a supply that dips, a record that was torn, a memory of any content, and scripts that are wrong.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
@@ -19,6 +20,7 @@ fn main() -> ExitCode {
         a_wrong_script_names_its_line(Image),
         events_that_overlap_are_refused_with_both_names(Image),
         an_event_that_does_not_come_is_named_and_fails_the_run(Image),
+        a_fault_of_an_option_that_does_not_come_fails_the_run_too(Image),
         a_phase_of_a_timer_that_stands_is_not_waited_for(Image),
     ])
 }
@@ -132,18 +134,20 @@ fn a_memory_of_any_content_boots_disarmed() {
     }
 }
 
-/// The exit code and the messages of a run of 0.4 s with a script, with the default robot and an emergency stop that is tested.
-fn judged(script: &str) -> (Option<i32>, String, Vec<u8>) {
+/// The exit code, the messages and the lines of a run of 0.4 s with these options, with the default robot and an emergency stop that is tested.
+fn ended(options: &[&OsStr]) -> (Option<i32>, String, Vec<u8>) {
     let path = |name: &str| std::env::var_os(name).unwrap_or_else(|| panic!("{name}"));
+    let mut board = Command::new(path("FOOTFALL_VIRTUAL_BOARD"));
+    let board = board.arg(path("FOOTFALL_ELF")).args(["--secs", "0.4"]).args(options);
+    let output = board.output().expect("the virtual board starts");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), output.stdout)
+}
+
+/// The same with a script.
+fn judged(script: &str) -> (Option<i32>, String, Vec<u8>) {
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), script).expect("written");
-    let output = Command::new(path("FOOTFALL_VIRTUAL_BOARD"))
-        .arg(path("FOOTFALL_ELF"))
-        .args(["--secs", "0.4", "--script"])
-        .arg(file.path())
-        .output()
-        .expect("the virtual board starts");
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), output.stdout)
+    ended(&["--script".as_ref(), file.path().as_os_str()])
 }
 
 fn events_that_overlap_are_refused_with_both_names() {
@@ -189,6 +193,18 @@ fn an_event_that_does_not_come_is_named_and_fails_the_run() {
         let (code, error, _) = judged(&format!("\n[[event]]\n{moment}\ninject = \"crystal\"\n"));
         assert_eq!(code, Some(1), "{moment}: {error}");
         assert!(error.contains("the run did not show the event") && error.contains(words), "{moment}: {error}");
+    }
+}
+
+fn a_fault_of_an_option_that_does_not_come_fails_the_run_too() {
+    for (options, words) in [
+        (["--hang", "control_step@9"], "`control_step` (--hang): it was due at 9 s, and the run ended at 0.4"),
+        (["--lsi", "60000@9"], "`LSI` (--lsi): it was due at 9 s"),
+        (["--hang", "Reset@0.2"], "`Reset` (--hang): nothing called the function from 0.2 s on"),
+    ] {
+        let (code, error, _) = ended(&options.map(OsStr::new));
+        assert_eq!(code, Some(1), "{options:?}: {error}");
+        assert!(error.contains("the run did not show the event") && error.contains(words), "{options:?}: {error}");
     }
 }
 

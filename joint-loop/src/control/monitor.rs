@@ -57,7 +57,7 @@ pub struct MonitorConfig {
     pub watchdog_clock_required: bool,
     /// Time for which the pose envelope may limit the setpoints, s; 0 to 1, default 0.05.
     pub pose_tolerance_s: f32,
-    /// Longest gap between two ticks that does not stop the motion, s; less than `fault_gap_s`, default 0.005.
+    /// Longest gap between two ticks that does not stop the motion, s; at most `fault_gap_s`, default 0.005.
     pub stop_gap_s: f32,
     /// Longest gap between two ticks that is not a fault, s; at most 0.1 and at most 254 periods, default 0.01.
     pub fault_gap_s: f32,
@@ -97,11 +97,7 @@ impl MonitorConfig {
         };
         let most = (period.seconds() * (MAX_ELAPSED - 1) as f32).min(0.1);
         let fault_gap = ticks("monitor.fault_gap_s", self.fault_gap_s, period.seconds(), most, period)?;
-        inside("monitor.stop_gap_s", None, self.stop_gap_s, 0.0, self.fault_gap_s, "s")?;
-        let stop_gap = ticks("monitor.stop_gap_s", self.stop_gap_s, 0.0, 0.1, period)?;
-        if stop_gap > fault_gap {
-            return Err(LoopError::Inverted { field: "monitor.stop_gap_s..fault_gap_s", joint: None });
-        }
+        let stop_gap = ticks("monitor.stop_gap_s", self.stop_gap_s, 0.0, self.fault_gap_s, period)?;
         inside("monitor.late_ticks", None, self.late_ticks as f32, 0.0, LATE_WINDOW as f32, "")?;
         inside("monitor.missed_per_s", None, self.missed_per_s as f32, 0.0, (MAX_ELAPSED - 1) as f32, "1/s")?;
         let second = ticks("second", 1.0, 1.0, 1.0, period)?;

@@ -63,6 +63,13 @@ impl WatchdogClockState {
 mod tests {
     use super::*;
 
+    /// 17 kHz less 0.3 %, 47 kHz and 0.3 % more.
+    #[test]
+    fn the_limits_are_exact() {
+        let allowed = [16_948, 16_949, 47_141, 47_142].map(|hz| WatchdogHz(hz).is_allowed());
+        assert_eq!(allowed, [false, true, true, false]);
+    }
+
     #[test]
     fn the_last_measurement_counts() {
         let mut state = WatchdogClockState::default();

@@ -164,6 +164,19 @@ fn wrong_input_of_the_virtual_board_is_wrong_input_with_its_words() {
     }
 }
 
+/// An earlier capture is not lost to a run that does not begin.
+#[test]
+fn a_virtual_board_that_refuses_its_input_leaves_the_capture_as_it_was() {
+    let bench = refuses(2);
+    let capture = bench.path("run.csv");
+    let options = ["--record", capture.to_str().unwrap(), "--overwrite"];
+    assert_eq!(ended(&bench, &options).0.status.code(), Some(2));
+    assert!(!capture.exists());
+    std::fs::write(&capture, "of yesterday\n").unwrap();
+    assert_eq!(ended(&bench, &options).0.status.code(), Some(2));
+    assert_eq!(std::fs::read_to_string(&capture).unwrap(), "of yesterday\n");
+}
+
 #[test]
 fn a_virtual_board_that_ends_with_1_after_a_good_run_fails_the_run() {
     let mut simulated = SimulatedBoard::new();

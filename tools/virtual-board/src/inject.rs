@@ -279,6 +279,8 @@ pub(crate) struct Injection {
     ended: bool,
     /// Line of the script that it comes from.
     pub(crate) line: Option<usize>,
+    /// Option of the command line that it comes from.
+    pub(crate) option: Option<&'static str>,
 }
 
 impl Injection {
@@ -302,7 +304,14 @@ impl Injection {
             closed: false,
             ended: false,
             line: None,
+            option: None,
         }
+    }
+
+    /// The same, from an option of the command line.
+    #[must_use]
+    pub(crate) fn of_option(self, option: &'static str) -> Self {
+        Injection { option: Some(option), ..self }
     }
 
     /// The same, from a line of a script.

@@ -338,30 +338,34 @@ fn parse_edge_file(text: &str) -> Result<(Pin, PathBuf), String> {
 
 fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>> {
     let mut all = Vec::new();
+    let mut add = |option: &'static str, kind: InjectionKind, symbol: &str, at: f64| {
+        all.push(Injection::new(kind, symbol.into(), at).of_option(option));
+    };
     for SymbolAt { symbol, at } in &cli.hang {
-        all.push(Injection::new(InjectionKind::Hang(image.find_function(symbol)?), symbol.clone(), *at));
+        add("--hang", InjectionKind::Hang(image.find_function(symbol)?), symbol, *at);
     }
     for SymbolAt { symbol, at } in &cli.fault {
-        all.push(Injection::new(InjectionKind::Fault(image.find_function(symbol)?), symbol.clone(), *at));
+        add("--fault", InjectionKind::Fault(image.find_function(symbol)?), symbol, *at);
     }
-    if !cli.panic.is_empty() {
+    for &at in &cli.panic {
         let (name, kind) = inject::panic_in(image).context("--panic")?;
-        all.extend(cli.panic.iter().map(|&at| Injection::new(kind.clone(), name.into(), at)));
+        add("--panic", kind, name, at);
     }
-    all.extend(cli.hse_fail.iter().map(|&at| Injection::new(InjectionKind::Crystal, "HSE".into(), at)));
-    all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
-    all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
-    all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
-    all.extend(cli.halt.iter().map(|&at| Injection::new(InjectionKind::Halt, "core".into(), at)));
-    all.extend(
-        cli.lsi
-            .iter()
-            .map(|&FrequencyAt { hz, at }| Injection::new(InjectionKind::LowSpeedClock(hz), "LSI".into(), at)),
-    );
-    all.extend(cli.register.iter().map(|write| {
-        let kind = InjectionKind::Register { address: write.address, value: write.value };
-        Injection::new(kind, format!("{:#010x}", write.address), write.at)
-    }));
+    for (option, kind, symbol, times) in [
+        ("--hse-fail", InjectionKind::Crystal, "HSE", &cli.hse_fail),
+        ("--adc-overrun", InjectionKind::Overrun, "ADC1", &cli.adc_overrun),
+        ("--dma-error", InjectionKind::Transfer, "DMA2 stream 0", &cli.dma_error),
+        ("--trigger-stop", InjectionKind::Trigger, "TIM2", &cli.trigger_stop),
+        ("--halt", InjectionKind::Halt, "core", &cli.halt),
+    ] {
+        times.iter().for_each(|&at| add(option, kind.clone(), symbol, at));
+    }
+    for &FrequencyAt { hz, at } in &cli.lsi {
+        add("--lsi", InjectionKind::LowSpeedClock(hz), "LSI", at);
+    }
+    for &RegisterAt { address, value, at } in &cli.register {
+        add("--register", InjectionKind::Register { address, value }, &format!("{address:#010x}"), at);
+    }
     Ok(all)
 }
 

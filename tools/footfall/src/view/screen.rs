@@ -72,7 +72,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
 /// The keys that have an effect.
 fn keys(view: &View) -> &'static str {
     match (view.watched, view.tuning.is_some()) {
-        (Watched::Virtual, false) => " space: hold the button 0.5 s (after a boot: the e-stop first)   q: end",
+        (Watched::Virtual, false) => " space: hold the button 0.5 s (after a boot: test the emergency stop)   q: end",
         (Watched::Virtual, true) => " space: hold button 0.5 s  up/down, left/right: change  u: undo  s: stop  q: end",
         (Watched::Board, true) => " up/down: parameter  left/right: change  u: undo  s: stop  q: end; no key arms",
         (Watched::Board, false) => " q: end   (nothing can be changed here: that takes the serial port)",

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use super::prepare::{Prepared, about, arguments, prepare, tests_stop};
 use super::settings::{STOP_TEST_S, Settings, Show};
 use super::tuned::Tuned;
+use crate::board::lines::BoardLine;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
 use crate::board::run_result::RunResult;
@@ -64,13 +65,13 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let Parameters { sensors, robot, .. } = &settings.parameters;
     let publisher = Publisher::open(&settings.receivers, joints(sensors), robot)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
-    let mut run = Run::begin(settings, &prepared, publisher)?;
+    let mut run = Run::new(settings, &prepared, publisher);
     let shown = match settings.show {
         Show::Screen => on_screen(&mut run, &mut board, interrupt, tests_stop(settings)),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, settings.show),
     };
     // Even after an error the capture is finished, and the board has ended.
-    run.finish(settings, &prepared, &mut board)?;
+    run.finish(&mut board)?;
     shown?;
     run.report(settings.show)
 }
@@ -97,7 +98,10 @@ struct Run<'t> {
     board_run: BoardRun<'t>,
     view: View,
     publisher: Publisher,
+    /// The capture, from the board's first line on: where the board refuses its input, nothing was written.
     capture: Option<Capture<'t>>,
+    settings: &'t Settings,
+    prepared: &'t Prepared,
     /// The serial port, if keys of the screen change the board.
     tuned: Option<Tuned>,
     result: Option<RunResult>,
@@ -110,45 +114,51 @@ struct Run<'t> {
 }
 
 impl<'t> Run<'t> {
-    fn begin(settings: &Settings, prepared: &'t Prepared, publisher: Publisher) -> Result<Self, Failure> {
+    fn new(settings: &'t Settings, prepared: &'t Prepared, publisher: Publisher) -> Self {
         let parameters = &settings.parameters;
-        let capture = match &settings.record {
-            Some(path) => {
-                // The board powers on now.
-                let zero_ns = settings.zero_ns.unwrap_or_else(unix_ns);
-                let (about, log) = (about(settings, prepared), Transport::log(&prepared.image));
-                let begun = Capture::begin(path, about, log, parameters.clone(), Some(zero_ns));
-                Some(begun.map_err(|error| output::cannot_write(path, error))?)
-            }
-            None => None,
-        };
         let mut view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
         view.pulse_limits_us = Some(parameters.robot.servos.map(|servo| [servo.shortest.0, servo.longest.0]));
         let board_run = BoardRun::new(&prepared.image, parameters.clone());
         let tuned = settings.tune.then(Tuned::default);
-        Ok(Self {
+        Self {
             board_run,
             view,
             publisher,
-            capture,
+            capture: None,
+            settings,
+            prepared,
             tuned,
             result: None,
             error: None,
             messages: vec![],
             failed: false,
-        })
+        }
+    }
+
+    /// Writes a line of the board to the capture, if there is one.
+    fn record(&mut self, line: &BoardLine) -> Result<(), Failure> {
+        let Settings { record: Some(path), parameters, zero_ns, .. } = self.settings else { return Ok(()) };
+        let capture = match &mut self.capture {
+            Some(capture) => capture,
+            none => {
+                // The board powers on now.
+                let zero_ns = zero_ns.unwrap_or_else(unix_ns);
+                let (about, log) = (about(self.settings, self.prepared), Transport::log(&self.prepared.image));
+                let begun = Capture::begin(path, about, log, parameters.clone(), Some(zero_ns));
+                none.insert(begun.map_err(|error| output::cannot_write(path, error))?)
+            }
+        };
+        capture.board_line(line).map_err(|error| Failure::run(format!("the capture: {error}")))
     }
 
     /// Takes one output of the board; returns the events, or `None` after the last output.
     fn take(&mut self, output: Output) -> Option<Vec<Event>> {
         let events = match output {
             Output::Line(line) => {
-                let captured = self.capture.as_mut().map_or(Ok(()), |capture| capture.board_line(&line));
+                let recorded = self.record(&line);
                 match self.board_run.take(line) {
                     Ok(events) => {
-                        if let Err(error) = captured {
-                            self.error = Some(Failure::run(format!("the capture: {error}")));
-                        }
+                        self.error = self.error.take().or(recorded.err());
                         events
                     }
                     Err(error) => {
@@ -184,7 +194,7 @@ impl<'t> Run<'t> {
         }
     }
 
-    fn finish(&mut self, settings: &Settings, prepared: &Prepared, board: &mut BoardProcess) -> Result<(), Failure> {
+    fn finish(&mut self, board: &mut BoardProcess) -> Result<(), Failure> {
         for event in self.board_run.finish() {
             self.account(&event);
         }
@@ -192,9 +202,9 @@ impl<'t> Run<'t> {
         let complete = self.result.is_some();
         let mut result =
             self.result.take().unwrap_or_else(|| RunResult::new(None, self.board_run.counters(), "", Value::Null));
-        result.elf_sha256.clone_from(&prepared.image.sha256);
-        result.trace.clone_from(&prepared.feed.about);
-        if let (Some(capture), Some(path)) = (self.capture.take(), &settings.record) {
+        result.elf_sha256.clone_from(&self.prepared.image.sha256);
+        result.trace.clone_from(&self.prepared.feed.about);
+        if let (Some(capture), Some(path)) = (self.capture.take(), &self.settings.record) {
             let value = serde_json::to_value(&result).map_err(Failure::run)?;
             let counts = capture.finish(&value).map_err(|error| output::cannot_write(path, error))?;
             messages::status(counts_in_words(path, &counts));

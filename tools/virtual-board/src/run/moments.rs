@@ -22,15 +22,21 @@ impl<W: Write> BoardRun<'_, W> {
         Ok(())
     }
 
-    /// The events of a script that did not come in the run that ends now, in words.
+    /// What scripts and options ask for and the run that ends now did not show, in words.
     pub(super) fn missed_events(&self) -> Vec<String> {
         let end = self.now_s();
-        let waiting = self.injections.iter().filter(|one| one.is_pending());
-        let waiting = waiting.filter_map(|one| {
-            let (line, at, name) = (one.line?, report::seconds(one.at), &one.symbol);
-            Some(format!("`{name}` (line {line}): it was due at {at} s, and the run ended at {end} s"))
-        });
-        self.watcher.missed().map(str::to_owned).chain(waiting).collect()
+        let words = |one: &Injection| {
+            let of = one.line.map(|line| format!("line {line}")).or(one.option.map(str::to_owned))?;
+            let (name, at) = (&one.symbol, report::seconds(one.at));
+            if one.is_pending() {
+                Some(format!("`{name}` ({of}): it was due at {at} s, and the run ended at {end} s"))
+            } else if one.awaits_effect() {
+                Some(format!("`{name}` ({of}): nothing called the function from {at} s on"))
+            } else {
+                None
+            }
+        };
+        self.watcher.missed().map(str::to_owned).chain(self.injections.iter().filter_map(words)).collect()
     }
 
     /// Refuses the injection that is due now if another one of the script holds the same thing, and one of the two has an end.
