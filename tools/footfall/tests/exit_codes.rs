@@ -55,3 +55,33 @@ fn the_rows_are_true_for_what_needs_no_board() {
     let circle = graph.path().to_str().unwrap();
     assert_eq!(code(&["smer", circle]), Some(1));
 }
+
+/// Input that is correct, and a result that is not sound.
+#[test]
+fn the_rows_are_true_for_what_makes_1_without_a_board() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples");
+    let robot = std::fs::read_to_string(samples.join("robot.toml")).unwrap();
+    let narrow = robot.replace("range_deg = [-30.0, 45.0]", "range_deg = [-3.0, 4.0]");
+    assert_ne!(narrow, robot);
+    std::fs::write(path("narrow.toml"), narrow).unwrap();
+    // One of two recordings has no stride.
+    std::fs::create_dir(path("walks")).unwrap();
+    std::fs::copy(samples.join("walk.csv"), path("walks/walk.csv")).unwrap();
+    let rows = (0..2000).map(|n| format!("{},{},0,5,5\n", f64::from(n) * 0.01, n / 100 % 10)).collect::<String>();
+    let names = "time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n";
+    std::fs::write(path("walks/stairs.csv"), format!("{names}{rows}")).unwrap();
+    // A system at rest has no cycle, though its parameters are allowed.
+    let at_rest = ["oscillator:hopf", "--set", "square_radius=-1"];
+    for arguments in [
+        &["certify", "generator.toml", "--starts", "20", "--robot", &path("narrow.toml"), "-o", &path("one.json")][..],
+        &["fit", &path("walks"), "-o", &path("fits")],
+        &["merge", &path("fits")],
+        &["sync", "edges.csv", "--against", "line-recorder.csv"],
+        &[["phase-response"].as_slice(), &at_rest].concat(),
+        &[["tongue"].as_slice(), &at_rest].concat(),
+    ] {
+        assert_eq!(code(arguments), Some(1), "{arguments:?}");
+    }
+}
