@@ -37,6 +37,9 @@ pub fn sensor() -> Sensor {
 /// The default walk, which is no follower.
 pub type Walk = Unguided<default_walk::Walk>;
 
+/// A loop of the default walk with one sensor.
+pub type Loop = JointLoop<Walk, 1>;
+
 /// The default walk with one sensor, on a board whose supply is watched.
 pub fn default_loop() -> JointLoop<Walk, 1> {
     let supply = Some(ReferenceConfig::stm32f4(VREFINT).build().expect("valid"));
