@@ -379,6 +379,12 @@ impl Injection {
         self.injected.is_some() && self.effect.is_none() && self.reset.is_none()
     }
 
+    /// True if it is or was injected, and never had an effect.
+    #[must_use]
+    pub(crate) const fn was_without_effect(&self) -> bool {
+        self.injected.is_some() && self.effect.is_none()
+    }
+
     /// True after it has taken effect.
     #[must_use]
     pub(crate) const fn took_effect(&self) -> bool {

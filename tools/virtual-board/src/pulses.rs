@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use stm32f4_model::Pin;
 
 use crate::modelled_board::Wiring;
-use crate::servo_pulse::{PulseSupply, ServoPulse};
+use crate::servo_pulse::{PulseSupply, Returned, ServoPulse};
 
 /// Time after disarming in which a falling edge counts as its effect, s.
 const DISARM_EDGE_S: f64 = 1e-6;
@@ -101,6 +101,8 @@ pub(crate) struct Pulses {
     lamps: Option<Vec<PinEdge>>,
     /// The servos' supply in each pulse that has begun.
     supplies: [Option<PulseSupply>; 4],
+    /// The supply that came since a servo pin rose.
+    returned: [Returned; 4],
     periods: Vec<PulsePeriod>,
     pulses: Vec<ServoPulse>,
     activity: Vec<TimedOutputChange>,
@@ -196,7 +198,8 @@ impl Pulses {
     /// The pulse that began at a servo pin, if one did, up to this time, s.
     fn pulse(&self, servo: usize, to: f64) -> Option<ServoPulse> {
         let (from, supply) = (self.rise[servo]?, self.supplies[servo]?);
-        Some(ServoPulse { servo, from, to, programmed_us: self.programmed[servo], supply })
+        let returned_s = self.returned[servo].until(to);
+        Some(ServoPulse { servo, from, to, programmed_us: self.programmed[servo], supply, returned_s })
     }
 
     /// True while a servo pin is high.
@@ -220,8 +223,11 @@ impl Pulses {
         }
         if pin == self.wiring.rail {
             self.rail = level;
-            if !level {
+            if level {
+                self.returned.iter_mut().for_each(|returned| returned.begin(seconds));
+            } else {
                 self.supplies.iter_mut().flatten().for_each(|supply| supply.end(seconds));
+                self.returned.iter_mut().for_each(|returned| returned.end(seconds));
             }
             self.note(seconds, OutputChange::Rail(level));
         }
@@ -234,6 +240,7 @@ impl Pulses {
         let was_high = self.any_high();
         if level {
             (self.rise[servo], self.supplies[servo]) = (Some(seconds), Some(PulseSupply::begin(self.rail)));
+            self.returned[servo] = Returned::default();
             self.period.get_or_insert(seconds);
         } else if let Some(pulse) = self.pulse(servo, seconds) {
             (self.rise[servo], self.supplies[servo]) = (None, None);

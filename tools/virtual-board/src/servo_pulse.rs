@@ -16,6 +16,33 @@ pub(crate) struct ServoPulse {
     pub(crate) programmed_us: Option<f64>,
     /// The servos' supply in it.
     pub(crate) supply: PulseSupply,
+    /// For how long the servo had a supply that came, or came back, while the line was high, s.
+    pub(crate) returned_s: f64,
+}
+
+/// A supply that comes while a line is high.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Returned {
+    since: Option<f64>,
+    before_s: f64,
+}
+
+impl Returned {
+    /// Takes the beginning of the supply.
+    pub(crate) const fn begin(&mut self, seconds: f64) {
+        self.since = Some(seconds);
+    }
+
+    /// Takes the end of the supply.
+    pub(crate) fn end(&mut self, seconds: f64) {
+        self.before_s = self.until(seconds);
+        self.since = None;
+    }
+
+    /// For how long it was there up to this time, s.
+    pub(crate) fn until(&self, seconds: f64) -> f64 {
+        self.before_s + self.since.map_or(0.0, |since| seconds - since)
+    }
 }
 
 /// The servos' supply in a pulse.
@@ -49,6 +76,15 @@ impl ServoPulse {
         (self.to - self.from) * 1e6
     }
 
+    /// For how long the line was high while the servo had its supply, s.
+    pub(crate) fn supplied_s(&self) -> f64 {
+        let first = match self.supply {
+            PulseSupply::Absent => 0.0,
+            PulseSupply::Whole | PulseSupply::Until(_) => self.lost_supply().unwrap_or(self.to) - self.from,
+        };
+        first + self.returned_s
+    }
+
     /// The time at which the supply went while the pulse lasted, s. `None`: it lasted to the falling edge, or the pulse began without it.
     pub(crate) fn lost_supply(&self) -> Option<f64> {
         match self.supply {
@@ -67,7 +103,7 @@ mod tests {
         let pulse = |is_on, ends: &[f64]| {
             let mut supply = PulseSupply::begin(is_on);
             ends.iter().for_each(|end| supply.end(*end));
-            ServoPulse { servo: 0, from: 1.0, to: 1.0015, programmed_us: None, supply }
+            ServoPulse { servo: 0, from: 1.0, to: 1.0015, programmed_us: None, supply, returned_s: 0.0 }
         };
         assert!((pulse(true, &[]).us() - 1500.0).abs() < 1e-6);
         assert_eq!(pulse(true, &[]).lost_supply(), None);
@@ -75,5 +111,11 @@ mod tests {
         assert_eq!(pulse(true, &[1.0015]).lost_supply(), None, "with the pulse");
         assert_eq!(pulse(false, &[1.001]).lost_supply(), None);
         assert_eq!(pulse(false, &[1.001]).supply, PulseSupply::Absent);
+        let supplied_us = |pulse: ServoPulse| (pulse.supplied_s() * 1e6).round();
+        assert_eq!(supplied_us(pulse(true, &[])), 1500.0);
+        assert_eq!(supplied_us(pulse(true, &[1.001])), 1000.0);
+        assert_eq!(supplied_us(pulse(false, &[])), 0.0);
+        assert_eq!(supplied_us(ServoPulse { returned_s: 3e-4, ..pulse(true, &[1.001]) }), 1300.0);
+        assert_eq!(supplied_us(ServoPulse { returned_s: 3e-4, ..pulse(false, &[]) }), 300.0);
     }
 }

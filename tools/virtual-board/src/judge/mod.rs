@@ -24,6 +24,8 @@ use operator::Operator;
 
 /// Rounding of a pulse to a whole microsecond, on one side, us.
 const ROUNDING_US: f64 = 0.6;
+/// Error of a crystal that is no fault: pulses are shorter by this part of them.
+const CRYSTAL_ERROR: f64 = 1e-3;
 /// Servos that got no pulse for so long stand: the next pulse begins a new motion, s.
 const PAUSE_S: f64 = 0.1;
 /// The first pulse of a motion is at its start within the rate in so long, s: two servo frames and a half.
@@ -195,25 +197,29 @@ impl Judge {
     /// Takes a pulse.
     pub(crate) fn take(&mut self, pulse: &ServoPulse) {
         // Without its supply a servo takes no pulse.
-        if pulse.supply == PulseSupply::Absent {
+        if pulse.supplied_s() == 0.0 {
             return;
         }
         self.judged.pulses += 1;
-        if let Err(why) = self.operator.pulse(pulse.from) {
-            let what = format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from);
-            self.note(pulse.to, false, what);
-        }
+        self.judge_start(pulse);
         if pulse.from - self.last_pulse > PAUSE_S {
             self.motion_began = pulse.from;
         }
         self.last_pulse = self.last_pulse.max(pulse.from);
         let Some(limits) = self.limits_of(pulse) else { return self.note_without_limits(pulse) };
-        match pulse.lost_supply() {
-            // Such a pulse is none to a servo, but for the time until then.
-            Some(end) => {
-                self.judge_high(&limits, pulse, end);
-            }
-            None => self.judge(&limits, pulse),
+        if pulse.supply == PulseSupply::Absent || pulse.lost_supply().is_some() {
+            // Such a pulse is none to a servo, but for the time with supply.
+            self.judge_high(&limits, pulse);
+        } else {
+            self.judge(&limits, pulse);
+        }
+    }
+
+    /// Judges whether the operator allowed the pulse.
+    fn judge_start(&mut self, pulse: &ServoPulse) {
+        if let Err(why) = self.operator.pulse(pulse.from) {
+            let what = format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from);
+            self.note(pulse.to, false, what);
         }
     }
 
@@ -225,8 +231,8 @@ impl Judge {
 
     /// Judges for how long a line was high while the servo had its supply; true if there is no more to judge: it was longer than a cut or a changed
     /// width explains, or as long as declared.
-    fn judge_high(&mut self, limits: &Limits, pulse: &ServoPulse, end: f64) -> bool {
-        let high_s = end - pulse.from;
+    fn judge_high(&mut self, limits: &Limits, pulse: &ServoPulse) -> bool {
+        let high_s = pulse.supplied_s();
         let is_longer = pulse.programmed_us.is_some_and(|programmed| high_s * 1e6 > programmed + ROUNDING_US);
         if is_longer && high_s <= self.high_s && !std::mem::replace(&mut self.has_been_high[pulse.servo], true) {
             return true;
@@ -234,13 +240,13 @@ impl Judge {
         let is_long = high_s > limits.most_us[pulse.servo] * 1e-6 + WITHOUT_EFFECT_S;
         if is_long {
             let what = format!("{} at {:.4} s: high for {:.2} ms", self.servos[pulse.servo], pulse.from, high_s * 1e3);
-            self.note(end, false, what);
+            self.note(pulse.to, false, what);
         }
         is_long
     }
 
     fn judge(&mut self, limits: &Limits, pulse: &ServoPulse) {
-        if self.judge_high(limits, pulse, pulse.to) {
+        if self.judge_high(limits, pulse) {
             return;
         }
         let (servo, started, us) = (pulse.servo, pulse.from, pulse.us());
@@ -284,7 +290,8 @@ impl Judge {
                 "{us:.1} us begins a motion, neither at the park pose ({park:.1} us) nor at the last pulse"
             ));
         }
-        if let Some(programmed) = pulse.programmed_us.filter(|programmed| us < programmed - ROUNDING_US) {
+        let is_cut = |programmed: &f64| us < programmed * (1.0 - CRYSTAL_ERROR) - ROUNDING_US;
+        if let Some(programmed) = pulse.programmed_us.filter(is_cut) {
             wrong.push(format!("{us:.1} us of {programmed} us: cut short"));
         }
         if wrong.is_empty() {
@@ -298,12 +305,13 @@ impl Judge {
 
     /// Takes a pulse that has not ended at the end of the run.
     pub(crate) fn end(&mut self, pulse: &ServoPulse) {
-        if pulse.supply == PulseSupply::Absent {
+        if pulse.supplied_s() == 0.0 {
             return;
         }
+        self.judge_start(pulse);
         match self.limits_of(pulse) {
             Some(limits) => {
-                self.judge_high(&limits, pulse, pulse.lost_supply().unwrap_or(pulse.to));
+                self.judge_high(&limits, pulse);
             }
             None => self.note_without_limits(pulse),
         }

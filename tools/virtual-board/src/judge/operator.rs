@@ -5,6 +5,8 @@
 
 /// A level counts after this time without a change: 20 readings of one millisecond, s.
 const STABLE_S: f64 = 0.018;
+/// A contact that opens for a shorter time may do so between two readings, s.
+const READING_S: f64 = 1.05e-3;
 /// Shortest hold that arms: 300 readings, s.
 const HOLD_LEAST_S: f64 = 0.297;
 /// A stop that is pressed for so long in a hold is seen by the tick: the hold does not arm, s.
@@ -47,6 +49,8 @@ struct Press {
 #[derive(Debug, Clone, Copy)]
 struct Permission {
     from: f64,
+    /// The first of them starts until then.
+    first_until: f64,
     to: f64,
     is_used: bool,
     /// Why it ended.
@@ -59,6 +63,8 @@ pub(super) struct Operator {
     /// Level and its last change: the button is high while pressed, the stop while released.
     button: (bool, f64),
     stop: (bool, f64),
+    /// When the button was pressed that is released now, s.
+    pressed_at: f64,
     /// The button was seen released since the boot.
     has_been_released: bool,
     press: Option<Press>,
@@ -74,6 +80,7 @@ impl Operator {
         Operator {
             button: (false, 0.0),
             stop: (true, 0.0),
+            pressed_at: 0.0,
             has_been_released: false,
             press: None,
             test: StopTest::Boot,
@@ -121,7 +128,11 @@ impl Operator {
             };
         }
         if button != self.button.0 {
-            self.button = (button, seconds);
+            let (is_between_readings, since) = (seconds - self.button.1 < READING_S, self.button.1);
+            self.button = (button, if button && is_between_readings { self.pressed_at } else { seconds });
+            if !button {
+                self.pressed_at = since;
+            }
             if button && self.has_been_released && self.press.is_none() {
                 self.press = Some(Press { accepted: None, steadiest: 0.0, is_stopped: false });
             }
@@ -158,9 +169,10 @@ impl Operator {
         if is_hold && !stopped_a_motion && self.stop.0 && self.test == StopTest::Done {
             self.permission = Some(Permission {
                 from: seconds,
-                to: seconds + BEGINS_S,
+                first_until: seconds + BEGINS_S,
+                to: f64::INFINITY,
                 is_used: false,
-                ended_by: "the hold was long ago",
+                ended_by: "",
             });
         }
     }
@@ -188,9 +200,10 @@ impl Operator {
             (permission.to, permission.ended_by) = (started - pause, "the pulses had paused");
             return Err(permission.ended_by);
         }
-        if !permission.is_used {
-            (permission.is_used, permission.to) = (true, f64::INFINITY);
+        if !permission.is_used && started > permission.first_until {
+            return Err("the hold was long ago");
         }
+        permission.is_used = true;
         Ok(())
     }
 }
@@ -277,6 +290,36 @@ mod tests {
         let mut stopped = moving(2.0);
         inputs(&mut stopped, 2.0, 2.01, &[], &[[2.001, 9.0]]);
         assert_eq!(stopped.pulse(2.02), Err("the emergency stop was pressed"));
+    }
+
+    /// A press in the quarter of a second between a hold and its first pulse.
+    #[test]
+    fn a_press_before_the_first_pulse_ends_the_motion_too() {
+        let mut operator = armed();
+        inputs(&mut operator, 0.75, 0.8, &[[0.75, 9.0]], &[]);
+        assert_eq!(operator.pulse(0.8), Ok(()));
+        for frame in 0..70 {
+            let from = 0.8 + 0.02 * f64::from(frame);
+            inputs(&mut operator, from, from + 0.02, &[[0.75, 9.0]], &[]);
+            let expected = if from < 1.95 { Ok(()) } else { Err("the button was pressed") };
+            assert!(operator.pulse(from + 0.001) == expected || (1.95..2.0).contains(&from), "{from}");
+        }
+    }
+
+    /// The firmware reads the contact each millisecond and may miss a shorter opening.
+    #[test]
+    fn an_opening_between_two_readings_may_be_missed() {
+        for (open_s, arms) in [(0.2e-3, true), (0.9e-3, true), (1.2e-3, false)] {
+            let mut operator = Operator::new();
+            inputs(&mut operator, 0.0, 0.25, &[], &[TEST]);
+            let mut at = 0.25;
+            while at < 0.75 {
+                let is_pressed = (0.3..0.5).contains(&at) || (0.5 + open_s..0.7).contains(&at);
+                operator.observe(at, is_pressed, true);
+                at += 1e-4;
+            }
+            assert_eq!(operator.pulse(0.74).is_ok(), arms, "{open_s}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ fn frame(seconds: f64, us: [f64; 4]) -> [ServoPulse; 4] {
         to: seconds + us[servo] * 1e-6,
         programmed_us: Some(us[servo]),
         supply: PulseSupply::Whole,
+        returned_s: 0.0,
     })
 }
 
@@ -225,6 +226,7 @@ fn a_line_that_stays_high_is_found() {
         to: 0.76 + ms * 1e-3,
         programmed_us: Some(1500.0),
         supply,
+        returned_s: 0.0,
     };
     let long = "PE9 at 0.7600 s: high for 34.00 ms";
     // It falls with the supply on, with the supply off since then, with a reset that takes both, and not at all.
@@ -252,6 +254,24 @@ fn a_line_that_stays_high_is_found() {
         judge.change(&off(pulse.to));
         assert_eq!(judge.judged().first.first().map(String::as_str), violation, "{ms} {supply:?} {is_end}");
     }
+    // The supply comes, or comes back, while the line is high.
+    for (supply, returned_s, violation) in [
+        (PulseSupply::Absent, 0.016, Some("PE9 at 0.7600 s: high for 16.00 ms")),
+        (PulseSupply::Until(0.77), 0.024, Some(long)),
+        (PulseSupply::Absent, 0.0014, None),
+    ] {
+        for is_end in [false, true] {
+            let mut judge = armed();
+            take(&mut judge, frame(0.74, PARK));
+            let pulse = ServoPulse { returned_s, ..high(40.0, supply) };
+            if is_end { judge.end(&pulse) } else { judge.take(&pulse) }
+            assert_eq!(judge.judged().first.first().map(String::as_str), violation, "{supply:?} {is_end}");
+        }
+    }
+    // Nobody armed: a line that rises, and is high at the end of the run.
+    let mut judge = Judge::new(Some(campaign()), Wiring::default().servos);
+    judge.end(&high(0.5, PulseSupply::Whole));
+    assert_eq!(judge.judged().first, ["PE9 at 0.7600 s: no hold of the button armed it"]);
     let mut judge = armed();
     judge.begin_case(campaign(), 0.036);
     take(&mut judge, frame(0.74, PARK));

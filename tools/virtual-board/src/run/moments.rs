@@ -30,7 +30,7 @@ impl<W: Write> BoardRun<'_, W> {
             let (name, at) = (&one.symbol, report::seconds(one.at));
             if one.is_pending() {
                 Some(format!("`{name}` ({of}): it was due at {at} s, and the run ended at {end} s"))
-            } else if one.awaits_effect() {
+            } else if one.was_without_effect() {
                 Some(format!("`{name}` ({of}): nothing called the function from {at} s on"))
             } else {
                 None

@@ -297,6 +297,7 @@ impl Inject {
         matches!(
             self,
             Inject::Vdd(_)
+                | Inject::Pll(_)
                 | Inject::PowerCycle { .. }
                 | Inject::ResetButton
                 | Inject::Reset(_)
