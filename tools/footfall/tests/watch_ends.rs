@@ -23,12 +23,16 @@ fn injected(kind: &str, at_s: f64) -> Value {
     json!([{ "kind": kind, "symbol": kind, "injected_s": at_s }])
 }
 
+/// The log of a change of the supervisor's state.
+fn change(tick: u32, state: joint_loop::SupervisorState, cause: joint_loop::Cause) -> String {
+    footfall::board::telemetry::printed(&Record::Change(Change { tick, state, cause }))
+}
+
 /// A walk whose supervisor goes to the fault state at 1.0 s, with this cause.
 fn stops_with(cause: joint_loop::Cause) -> SimulatedBoard {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
-    let state = joint_loop::SupervisorState::Fault;
-    simulated.log(&footfall::board::telemetry::printed(&Record::Change(Change { tick: 1000, state, cause })));
+    simulated.log(&change(1000, joint_loop::SupervisorState::Fault, cause));
     simulated.tick_with(20, false, |sample| sample.faults = joint_loop::BoardFaults::OUTPUTS);
     simulated
 }
@@ -50,6 +54,23 @@ fn a_fault_excuses_only_the_ends_that_it_explains() {
         assert_eq!(output.status.code(), Some(i32::from(!excused)), "{cause:?} {kind} {at_s}: {messages}");
         let words = format!("the motion ended: fault, cause {}", cause.name());
         assert_eq!(messages.contains(&words), !excused, "{messages}");
+    }
+}
+
+/// The motion after it, or a boot, does not hide it.
+#[test]
+fn each_end_of_a_motion_is_judged() {
+    use joint_loop::{Cause, SupervisorState};
+    for (cause, kind, code) in
+        [(Cause::SensorShort, "volts", 0), (Cause::SensorShort, "hang", 1), (Cause::Button, "", 0)]
+    {
+        let mut simulated = stops_with(cause);
+        simulated.log(&change(1020, SupervisorState::Arming, Cause::None));
+        simulated.end_as("time", json!({ "injections": injected(kind, 0.9) }));
+        let (output, last, messages) = watched(&simulated, &[]);
+        assert_eq!((&last["cause"], &last["earlier_ends"][0]["cause"]), (&json!("none"), &json!(cause.name())));
+        assert_eq!(output.status.code(), Some(code), "{cause:?} {kind}: {messages}");
+        assert_eq!(messages.contains("the motion ended at 1.0"), code == 1, "{messages}");
     }
 }
 

@@ -275,8 +275,8 @@ pub(crate) struct Injection {
     rail_off: Option<Moment>,
     reset: Option<Moment>,
     closed: bool,
-    /// It has an end, and this has come.
-    ended: bool,
+    /// Its end, if it has one that has come, s.
+    ended: Option<f64>,
     /// Line of the script that it comes from.
     pub(crate) line: Option<usize>,
     /// Option of the command line that it comes from.
@@ -302,7 +302,7 @@ impl Injection {
             rail_off: nothing,
             reset: nothing,
             closed: false,
-            ended: false,
+            ended: None,
             line: None,
             option: None,
         }
@@ -323,7 +323,7 @@ impl Injection {
     /// Whether it holds its target now.
     #[must_use]
     pub(crate) const fn holds(&self) -> bool {
-        self.injected.is_some() && !self.ended
+        self.injected.is_some() && self.ended.is_none()
     }
 
     /// Whether it has an end that has not come.
@@ -362,9 +362,9 @@ impl Injection {
     }
 
     /// Records its end.
-    pub(crate) const fn note_end(&mut self) {
+    pub(crate) const fn note_end(&mut self, seconds: f64) {
         self.lasts = None;
-        self.ended = true;
+        self.ended = Some(seconds);
     }
 
     /// True until the injection.
@@ -444,6 +444,7 @@ impl Injection {
             symbol: self.symbol.clone(),
             injected_s: self.injected.map(|moment| report::seconds(moment.seconds)),
             effect_s: self.effect.map(|moment| report::seconds(moment.seconds)),
+            ended_s: self.ended.map(report::seconds),
             disarmed_us: after(self.disarmed),
             disarmed_instructions: instructions(self.disarmed),
             low_us: after(low),

@@ -369,7 +369,18 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     Ok(all)
 }
 
+/// Says which presses the run does not reach.
+fn warn_of_late_presses(cli: &Cli) {
+    let Some(secs) = cli.secs else { return };
+    for (option, presses) in [("--press", &cli.press), ("--emergency-stop", &cli.emergency_stop)] {
+        for press in presses.iter().filter(|press| press.at >= secs) {
+            eprintln!("virtual-board: {option}: the press at {} s does not come: the run ends at {secs} s", press.at);
+        }
+    }
+}
+
 fn run(cli: &Cli) -> Result<u8> {
+    warn_of_late_presses(cli);
     let mut image = ProgramImage::read(&cli.elf, cli.board)?;
     let wiring = image.board.wiring();
     for FlashDownload { addr, file } in &cli.flash {
@@ -386,6 +397,7 @@ fn run(cli: &Cli) -> Result<u8> {
     );
     let mut lines = BTreeMap::new();
     for &(pin, level) in &cli.level {
+        InjectionKind::Level(pin, level).check_pin(&wiring).context("--level")?;
         ensure!(
             lines.insert(pin, LevelTable::fixed(level)).is_none(),
             "--level is given twice for {pin}; allowed is once"

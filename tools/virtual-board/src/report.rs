@@ -199,6 +199,8 @@ pub(crate) struct Reaction {
     pub(crate) injected_s: Option<f64>,
     /// Time of its effect: start of the hung function, of the fault handler or of the panic function; null: no effect.
     pub(crate) effect_s: Option<f64>,
+    /// Its end; null: it has none, or the run ended before.
+    pub(crate) ended_s: Option<f64>,
     /// From the effect until TIM1's main output enable was clear, us; null: it stayed set.
     pub(crate) disarmed_us: Option<f64>,
     /// The same, in instructions executed.

@@ -2,9 +2,9 @@
 
 use crate::board::replay::Difference;
 use cpg_core::entrainment::{Lock, SensorFault};
-use joint_loop::Cause;
+use joint_loop::{Cause, SupervisorState};
 use serde::Serialize;
-use wire::{Cost, Frame};
+use wire::{Change, Cost, Frame};
 
 /// Without a frame for longer than this, in virtual seconds, the state of the board is unknown. Frames are 10 ms apart.
 const SILENT_S: f64 = 0.15;
@@ -24,6 +24,17 @@ pub struct Following {
     pub phase_error_deg: f32,
     /// Time of the first lock, in seconds since the boot.
     pub locked_at_s: Option<f64>,
+}
+
+/// How a motion ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MotionEnd {
+    /// When the log said so, in virtual seconds.
+    pub t_s: f64,
+    /// `stopping` or `fault`.
+    pub state: &'static str,
+    /// Why.
+    pub cause: &'static str,
 }
 
 /// When a board was last heard, in virtual seconds.
@@ -77,6 +88,10 @@ pub struct Counters {
     pub cause: Cause,
     /// When the log gave this cause, in virtual seconds.
     pub cause_at_s: f64,
+    /// How the last motion ended, until the next one.
+    pub last_end: Option<MotionEnd>,
+    /// How the motions before ended, those of earlier boots too.
+    pub earlier_ends: Vec<MotionEnd>,
     /// The supervisor was in a state in which the outputs are on.
     pub has_armed: bool,
     /// Why the board refused to arm or to start, in its words; the last one.
@@ -101,6 +116,21 @@ impl Counters {
         self.boots += 1;
         self.heard.boot_at_s = t_s;
         (self.last, self.hashes, self.not_started) = (None, None, None);
+        self.earlier_ends.extend(self.last_end.take());
+    }
+
+    /// Takes a change of the supervisor's state.
+    pub(super) fn change(&mut self, change: &Change, t_s: f64) {
+        (self.cause, self.cause_at_s) = (change.cause, t_s);
+        self.has_armed |= change.state.moving();
+        match change.state {
+            SupervisorState::Arming => self.earlier_ends.extend(self.last_end.take()),
+            SupervisorState::Stopping | SupervisorState::Fault => {
+                let (state, cause) = (change.state.name(), change.cause.name());
+                self.earlier_ends.extend(self.last_end.replace(MotionEnd { t_s, state, cause }));
+            }
+            _ => {}
+        }
     }
 
     /// Ticks that began late, of all boots.

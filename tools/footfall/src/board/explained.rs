@@ -59,6 +59,10 @@ const CONVERTER: &[Cause] = &[
 const CLOCKS: &[Cause] =
     &[Cause::Clock, Cause::WatchdogClock, Cause::Gap, Cause::Late, Cause::Watchdog, Cause::AdcOverrun];
 
+/// The same, and the register that tells that the PLL has lost its lock.
+const PLL: &[Cause] =
+    &[Cause::Outputs, Cause::Clock, Cause::WatchdogClock, Cause::Gap, Cause::Late, Cause::Watchdog, Cause::AdcOverrun];
+
 /// What the inputs of button and emergency stop lead to; edges that come too fast make ticks late.
 const INPUTS: &[Cause] = &[
     Cause::BreakInput,
@@ -77,15 +81,19 @@ const DEBUGGER: &[Cause] = &[Cause::Debugger, Cause::Gap, Cause::Late, Cause::Wa
 /// A wrong clock of the watchdog.
 const WATCHDOG: &[Cause] = &[Cause::WatchdogClock, Cause::Watchdog];
 
+/// A fault that has ended explains nothing later than this, s: what it has led to was found by then, at the latest by the watchdog.
+const AFTER_END_S: f64 = 0.5;
+
 /// What a kind of fault may lead to; nothing for a word that is not known.
 fn ends(kind: &str) -> Ends {
     match kind {
         "hang" | "fault" | "undefined" | "panic" => Ends { causes: TIMING, reset: true, silence: true, ..NOTHING },
         "slow" => Ends { causes: TIMING, reset: true, ..NOTHING },
         "halt" => Ends { causes: DEBUGGER, reset: true, silence: true, ..NOTHING },
-        "hse" | "crystal" | "crystal-hz" | "crystal-drift" | "pll" => {
+        "hse" | "crystal" | "crystal-hz" | "crystal-drift" => {
             Ends { causes: CLOCKS, reset: true, silence: true, refusal: true }
         }
+        "pll" => Ends { causes: PLL, reset: true, silence: true, refusal: true },
         "lsi" => Ends { causes: WATCHDOG, reset: true, ..NOTHING },
         "overrun" | "dma" | "transfer" | "transfer-stall" | "transfer-lost" | "conversion-stall" | "trigger" => {
             Ends { causes: CONVERTER, reset: true, silence: true, ..NOTHING }
@@ -108,11 +116,12 @@ fn ends(kind: &str) -> Ends {
 pub(super) struct Injected<'a>(pub(super) &'a [Value]);
 
 impl Injected<'_> {
-    /// One of them that was injected until then explains it, by its kind.
+    /// One of them that was injected until then, and had not ended long before, explains it by its kind.
     fn any(self, seconds: f64, explains: impl Fn(Ends) -> bool) -> bool {
         self.0.iter().any(|one| {
             let injected = one["injected_s"].as_f64().is_some_and(|at| at <= seconds);
-            injected && one["kind"].as_str().is_some_and(|kind| explains(ends(kind)))
+            let is_over = one["ended_s"].as_f64().is_some_and(|at| at + AFTER_END_S < seconds);
+            injected && !is_over && one["kind"].as_str().is_some_and(|kind| explains(ends(kind)))
         })
     }
 
@@ -153,6 +162,9 @@ mod tests {
         let hang = [json!({ "kind": "hang", "injected_s": 1.0 })];
         assert!(Injected(&hang).explain_reset(1.2) && !Injected(&hang).explain_refusal(1.2));
         assert!(!Injected(&hang).explain_cause("sensor_short", 1.2));
+        let over = [json!({ "kind": "volts", "injected_s": 2.0, "ended_s": 2.1 })];
+        assert!(Injected(&over).explain_cause("sensor_short", 2.4), "found a little later");
+        assert!(!Injected(&over).explain_cause("sensor_short", 2.7), "long over");
         let waits = [json!({ "kind": "hang", "injected_s": null }), json!({ "kind": "none", "injected_s": 0.0 })];
         assert!(!Injected(&waits).explain_reset(9.0), "it never came, and a word that is not known explains nothing");
     }

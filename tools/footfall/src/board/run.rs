@@ -225,10 +225,7 @@ impl<'t> BoardRun<'t> {
                     self.counters.shadow = boot.shadow;
                     self.begin_replay(&boot);
                 }
-                Record::Change(change) => {
-                    (self.counters.cause, self.counters.cause_at_s) = (change.cause, t_s);
-                    self.counters.has_armed |= change.state.moving();
-                }
+                Record::Change(change) => self.counters.change(&change, t_s),
                 Record::Refused(refused) => {
                     let reason = Some(refused.reason.as_str().into());
                     if refused.subject != Subject::Arming {

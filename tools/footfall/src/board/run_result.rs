@@ -1,6 +1,6 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
-use crate::board::counters::{Counters, Following};
+use crate::board::counters::{Counters, Following, MotionEnd};
 use crate::board::explained::Injected;
 use crate::board::lines::{End, Judged, Reset};
 use joint_loop::Cause;
@@ -34,6 +34,8 @@ pub struct RunResult {
     pub cause: &'static str,
     /// When the log gave this cause, in virtual seconds.
     pub cause_at_s: f64,
+    /// How the motions before the last one ended.
+    pub earlier_ends: Vec<MotionEnd>,
     /// The board was armed, or in a trim, at some time.
     pub has_armed: bool,
     /// Why the board refused to arm or to start, in its words; the last one.
@@ -119,6 +121,7 @@ impl RunResult {
             no_frame_since_s,
             cause: counters.cause.name(),
             cause_at_s: counters.cause_at_s,
+            earlier_ends: counters.earlier_ends.clone(),
             has_armed: counters.has_armed,
             refused: counters.refused.clone(),
             not_started: counters.not_started.clone(),
@@ -161,7 +164,7 @@ impl RunResult {
         } else if self.has_armed {
             "the board was armed, and the outputs went off before the first pulse".into()
         } else if self.cause == Cause::None.name() {
-            "nobody held the button, or the run ended before its release".into()
+            "no hold of the button counted: nobody held it, it was held from the boot on, or the run ended before its release".into()
         } else {
             format!("the last hold of the button was refused, cause {}", self.cause)
         };
@@ -199,7 +202,13 @@ impl RunResult {
             when(!injected.explain_reset(*t_s), format!("the board was reset at {t_s:.3} s, cause {cause}"));
         }
         let moves = matches!(self.state, "arming" | "walking");
-        let asked = matches!(self.cause, "none" | "button") || injected.explain_cause(self.cause, self.cause_at_s);
+        let asked = |cause: &str, t_s| matches!(cause, "none" | "button") || injected.explain_cause(cause, t_s);
+        for MotionEnd { t_s, state, cause } in &self.earlier_ends {
+            // A person presses the emergency stop, as the button.
+            let is_pressed = *cause == Cause::BreakInput.name();
+            when(!is_pressed && !asked(cause, *t_s), format!("the motion ended at {t_s:.3} s: {state}, cause {cause}"));
+        }
+        let asked = asked(self.cause, self.cause_at_s);
         when(!moves && !asked, format!("the motion ended: {}, cause {}", self.state, self.cause));
         if let Some(reason) = &self.not_started {
             when(!injected.explain_refusal(self.boot_at_s), format!("the board refused to start: {reason}"));
@@ -227,7 +236,7 @@ mod tests {
             let text = never_on(counters).expect("it is dark");
             assert!(text.starts_with("outputs never on: ") && text.contains(words), "{text}");
         };
-        says(&dark, "the board was never armed; nobody held the button");
+        says(&dark, "the board was never armed; no hold of the button counted");
         let cause = Cause::StopUntested;
         says(&Counters { cause, ..dark.clone() }, "the last hold of the button was refused, cause stop_untested");
         let refused = Some("no robot record".into());

@@ -54,6 +54,11 @@ fn presses(settings: &Settings, secs: Option<f64>) -> Result<Vec<f64>, Failure> 
         Press::At(times) => times.clone(),
     };
     if settings.disarm {
+        if presses.is_empty() {
+            return Err(Failure::input(
+                "--disarm: its press would arm a board that nothing has armed; remove `--press none`",
+            ));
+        }
         let at = secs.unwrap_or(DEFAULT_SECS) - DISARM_BEFORE_END_S;
         let last = presses.iter().copied().fold(0.0, f64::max);
         if at < last + 2.0 * PRESS_S {

@@ -28,8 +28,8 @@ const ROUNDING_US: f64 = 0.6;
 const CRYSTAL_ERROR: f64 = 1e-3;
 /// Servos that got no pulse for so long stand: the next pulse begins a new motion, s.
 const PAUSE_S: f64 = 0.1;
-/// The first pulse of a motion is at its start within the rate in so long, s: two servo frames and a half.
-const START_S: f64 = 0.05;
+/// The first pulse of a motion is at its start within the rate in so long, s: a servo frame and a quarter.
+const START_S: f64 = 0.025;
 /// Fastest change in a trim, us a second: one microsecond in 10 ms.
 const TRIM_US_PER_S: f64 = 100.0;
 

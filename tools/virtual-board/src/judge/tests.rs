@@ -264,7 +264,11 @@ fn a_line_that_stays_high_is_found() {
             let mut judge = armed();
             take(&mut judge, frame(0.74, PARK));
             let pulse = ServoPulse { returned_s, ..high(40.0, supply) };
-            if is_end { judge.end(&pulse) } else { judge.take(&pulse) }
+            if is_end {
+                judge.end(&pulse)
+            } else {
+                judge.take(&pulse)
+            }
             assert_eq!(judge.judged().first.first().map(String::as_str), violation, "{supply:?} {is_end}");
         }
     }

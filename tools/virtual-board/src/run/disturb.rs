@@ -133,7 +133,8 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Ends an injection: what it changed is as before.
     pub(super) fn end_injection(&mut self, n: usize, kind: &InjectionKind) -> Result<()> {
-        self.injections[n].note_end();
+        let now = self.now_s();
+        self.injections[n].note_end(now);
         if let (InjectionKind::Hang(address), Some(half)) = (kind, self.injections[n].replaced.take()) {
             self.cpu.patch_flash(*address, half)?;
         }
