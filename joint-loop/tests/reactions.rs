@@ -2,6 +2,7 @@
 
 mod support;
 
+use cpg_core::entrainment::Lock;
 use cpg_core::{Field, StateFault};
 use hgod_adc::{ReferenceConfig, Validity};
 use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Response, Sample, SupervisorState, fault_response};
@@ -430,6 +431,23 @@ fn an_angle_that_is_not_finite_is_a_fault_in_the_same_tick() {
                 assert_eq!((frame.setpoints, frame.pulses.map(|pulse| pulse.0)), (before, [0; 4]));
             }
         }
+    }
+}
+
+/// A follower parks ten seconds after its person has stopped to walk, and not while the person walks.
+#[test]
+fn a_person_who_stands_ends_the_motion() {
+    for (lock, end) in [
+        (Lock::Stopped, (SupervisorState::Disarmed, Cause::PersonStands)),
+        (Lock::Locked, (SupervisorState::Walking, Cause::None)),
+    ] {
+        let follower = Puppet { follows: Some(lock), ..Puppet::at([0.0, 0.0, 20.0, 20.0]) };
+        let mut joints = reach(&puppet(follower), SupervisorState::Walking);
+        // Arming and walking took 2.7 s of the ten.
+        idle(&mut joints, 7_000);
+        assert_eq!(joints.state(), SupervisorState::Walking, "{lock:?}");
+        idle(&mut joints, 2_000);
+        assert_eq!((joints.state(), joints.frame().cause), end, "{lock:?}");
     }
 }
 

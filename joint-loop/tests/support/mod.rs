@@ -3,7 +3,7 @@
 
 pub mod motion_limits;
 
-use cpg_core::entrainment::FollowStatus;
+use cpg_core::entrainment::{FollowStatus, Lock};
 use cpg_core::gait::default_walk::{self, default_walk};
 use cpg_core::{Follow, Generator, StateFault, Unguided};
 use hgod_adc::{
@@ -136,6 +136,8 @@ pub struct Puppet {
     pub resets: u32,
     /// From this step on, this joint has this angle, without a failed check.
     pub unchecked: Option<(u32, usize, f32)>,
+    /// The state of a follower; `None`: it follows nobody.
+    pub follows: Option<Lock>,
 }
 
 impl Puppet {
@@ -147,6 +149,7 @@ impl Puppet {
             steps: 0,
             resets: 0,
             unchecked: None,
+            follows: None,
         }
     }
 }
@@ -194,7 +197,9 @@ impl Follow for Puppet {
     fn heel_strike(&mut self) {}
 
     fn follow_status(&self) -> Option<FollowStatus> {
-        None
+        let status =
+            |state| FollowStatus { state, fault: None, phase_error: Radians(0.0), stride_s: 1.1, confidence: 0.0 };
+        self.follows.map(status)
     }
 }
 
