@@ -5,9 +5,10 @@ mod support;
 use cpg_core::entrainment::Lock;
 use cpg_core::{Field, StateFault};
 use hgod_adc::{ReferenceConfig, Validity};
+use joint_loop::tuning::{Action, Parameter, Request};
 use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Response, Sample, SupervisorState, fault_response};
 use joint_units::{AdcCode, Period, Radians};
-use support::{Puppet, default_loop, default_loop_with, fault, good, hold, idle, puppet, reach, run, sensor};
+use support::{OPEN, Puppet, default_loop, default_loop_with, fault, good, hold, idle, puppet, reach, run, sensor};
 
 type Change = fn(&mut LoopConfig);
 
@@ -432,6 +433,36 @@ fn an_angle_that_is_not_finite_is_a_fault_in_the_same_tick() {
             }
         }
     }
+}
+
+/// A follower observes good samples, and none while it is told not to follow.
+#[test]
+fn a_follower_observes_good_samples_only() {
+    let follower = Puppet { follows: Some(Lock::Locked), ..Puppet::at([0.0, 0.0, 20.0, 20.0]) };
+    let mut joints = reach(&puppet(follower), SupervisorState::Disarmed);
+    let measured = joints.frame().measured[0];
+    assert_eq!(joints.generator().observed, Some(measured));
+    run(&mut joints, 100, |sample| Sample { codes: [OPEN], ..sample });
+    assert_eq!(joints.generator().observed, None);
+    idle(&mut joints, 1_000);
+    assert!(joints.generator().observed.is_some());
+    let action = Action::Set { parameter: Parameter::Follow, thousandths: 0 };
+    run(&mut joints, 1, |sample| Sample { request: Some(Request { number: 1, action }), ..sample });
+    idle(&mut joints, 1_000);
+    assert_eq!(joints.generator().observed, None);
+    // Bad samples are not observed either.
+    run(&mut joints, 100, |sample| Sample { codes: [OPEN], ..sample });
+    assert_eq!(joints.generator().observed, None);
+}
+
+/// The contact of the foot switch closes twice, for 50 and for 80 ms.
+#[test]
+fn a_heel_strike_is_the_closing_of_the_foot_switch() {
+    let mut joints = puppet(Puppet::at([0.0; 4]));
+    for (ticks, foot) in [(30, false), (50, true), (200, false), (80, true), (30, false)] {
+        run(&mut joints, ticks, |sample| Sample { foot, ..sample });
+    }
+    assert_eq!(joints.generator().strikes, 2);
 }
 
 /// A follower parks ten seconds after its person has stopped to walk, and not while the person walks.

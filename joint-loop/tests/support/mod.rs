@@ -138,6 +138,10 @@ pub struct Puppet {
     pub unchecked: Option<(u32, usize, f32)>,
     /// The state of a follower; `None`: it follows nobody.
     pub follows: Option<Lock>,
+    /// The last angle that it observed; `None`: there was no good one.
+    pub observed: Option<Radians>,
+    /// Heel strikes so far.
+    pub strikes: u32,
 }
 
 impl Puppet {
@@ -150,6 +154,8 @@ impl Puppet {
             resets: 0,
             unchecked: None,
             follows: None,
+            observed: None,
+            strikes: 0,
         }
     }
 }
@@ -192,9 +198,13 @@ impl Generator<4> for Puppet {
 }
 
 impl Follow for Puppet {
-    fn observe(&mut self, _: Option<Radians>) {}
+    fn observe(&mut self, angle: Option<Radians>) {
+        self.observed = angle;
+    }
 
-    fn heel_strike(&mut self) {}
+    fn heel_strike(&mut self) {
+        self.strikes += 1;
+    }
 
     fn follow_status(&self) -> Option<FollowStatus> {
         let status =
