@@ -438,7 +438,7 @@ fn an_angle_that_is_not_finite_is_a_fault_in_the_same_tick() {
     }
 }
 
-/// A follower observes good samples, and none while it is told not to follow.
+/// A follower observes good samples, and none while following is off.
 #[test]
 fn a_follower_observes_good_samples_only() {
     let follower = Puppet { follows: Some(Lock::Locked), ..Puppet::at([0.0, 0.0, 20.0, 20.0]) };

@@ -17,7 +17,7 @@ use crate::workspace::Workspace;
 
 const MISSING: &str =
     "cargo-mutants is missing; it changes the code and runs the tests: `cargo install --locked cargo-mutants`";
-/// What the two passes run: in words, the programs, and what these are told.
+/// What the two passes run: in words, the programs, and their arguments.
 const PASSES: [(&str, &str, &[&str]); 2] =
     [("the short tests in the library", "--lib", &["--", "--", "--skip", LONG_TEST]), ("all tests", "--tests", &[])];
 /// A test of the library that takes as long as all the others five times.
