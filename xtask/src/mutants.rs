@@ -20,7 +20,7 @@ const MISSING: &str =
 /// What the two passes run: in words, the programs, and their arguments.
 const PASSES: [(&str, &str, &[&str]); 2] =
     [("the short tests in the library", "--lib", &["--", "--", "--skip", LONG_TEST]), ("all tests", "--tests", &[])];
-/// A test of the library that takes as long as all the others five times.
+/// A test of the library that takes longer than all the others together.
 const LONG_TEST: &str = "bounds_hold_for_any_input_sequence";
 /// Exit codes of cargo-mutants: every mutant was noticed, some were not, some tests did not end.
 const ENDS: [i32; 3] = [0, 2, 3];
