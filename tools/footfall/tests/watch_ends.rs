@@ -185,6 +185,13 @@ fn wrong_input_of_the_virtual_board_is_wrong_input_with_its_words() {
     }
 }
 
+#[test]
+fn a_press_that_would_arm_is_refused_as_disarming() {
+    let (output, _, messages) = ended(&refuses(0), &["--press", "none", "--disarm"]);
+    assert_eq!(output.status.code(), Some(2), "{messages}");
+    assert!(messages.contains("--disarm: its press would arm a board that nothing has armed"), "{messages}");
+}
+
 /// An earlier capture is not lost to a run that does not begin.
 #[test]
 fn a_virtual_board_that_refuses_its_input_leaves_the_capture_as_it_was() {
