@@ -370,17 +370,20 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
 }
 
 /// Says which presses the run does not reach.
-fn warn_of_late_presses(cli: &Cli) {
-    let Some(secs) = cli.secs else { return };
-    for (option, presses) in [("--press", &cli.press), ("--emergency-stop", &cli.emergency_stop)] {
-        for press in presses.iter().filter(|press| press.at >= secs) {
-            eprintln!("virtual-board: {option}: the press at {} s does not come: the run ends at {secs} s", press.at);
-        }
-    }
+fn late_presses(cli: &Cli) -> Vec<String> {
+    let Some(secs) = cli.secs else { return Vec::new() };
+    [("--press", &cli.press), ("--emergency-stop", &cli.emergency_stop)]
+        .into_iter()
+        .flat_map(|(option, presses)| presses.iter().map(move |press| (option, press.at)))
+        .filter(|(_, at)| *at >= secs)
+        .map(|(option, at)| format!("{option}: the press at {at} s does not come: the run ends at {secs} s"))
+        .collect()
 }
 
 fn run(cli: &Cli) -> Result<u8> {
-    warn_of_late_presses(cli);
+    for late in late_presses(cli) {
+        eprintln!("virtual-board: {late}");
+    }
     let mut image = ProgramImage::read(&cli.elf, cli.board)?;
     let wiring = image.board.wiring();
     for FlashDownload { addr, file } in &cli.flash {
@@ -524,6 +527,22 @@ mod tests {
         assert_eq!(cli_stop.emergency_stop, [ButtonPress { at: 0.5, hold: 0.1 }, ButtonPress { at: 1.0, hold: 0.2 }]);
         assert_eq!((cli.secs, cli.cpi, cli.lsi_hz), (Some(2.0), 1.0, 32_000.0));
         assert_eq!(cli.omitted, [OmittedPart::NoClrex]);
+    }
+
+    #[test]
+    fn presses_that_do_not_come_are_named() {
+        let late = |secs: &[&str]| {
+            let presses = ["fw.elf", "--press", "1", "3:0.2", "--emergency-stop", "2.9", "4"];
+            late_presses(&parse(&[&presses[..], secs].concat()).unwrap())
+        };
+        assert_eq!(
+            late(&["--secs", "3"]),
+            [
+                "--press: the press at 3 s does not come: the run ends at 3 s",
+                "--emergency-stop: the press at 4 s does not come: the run ends at 3 s"
+            ]
+        );
+        assert!(late(&["--secs", "4.1"]).is_empty() && late(&[]).is_empty());
     }
 
     #[test]

@@ -415,6 +415,26 @@ fn range_comes_before_the_envelope() {
     }
 }
 
+/// Nothing of the motion before is left: the next ticks are those of a gate that was built at rest there.
+#[test]
+fn a_state_at_rest_forgets_its_goal() {
+    let gate = default();
+    let limit = |state: &mut GateState, target| gate.limit(state, target).expect("finite");
+    for ticks in [1, 20, 150] {
+        let mut moving = park(&gate);
+        for _ in 0..ticks {
+            limit(&mut moving, degrees([20.0, -10.0, 50.0, 40.0]));
+        }
+        let mut rested = moving.at_rest();
+        let mut built = GateState { position: moving.position, step: [0; 4], goal: moving.position };
+        for tick in 0..300 {
+            // Slower than the rate, so that what is left of a goal is not bounded away.
+            let target = degrees([0.02, -0.01, 0.05, 0.04].map(|rate| 10.0 + rate * tick as f32));
+            assert_eq!(limit(&mut rested, target), limit(&mut built, target), "tick {tick} after {ticks} ticks");
+        }
+    }
+}
+
 #[test]
 fn rest_is_refused_outside() {
     let gate = default();
