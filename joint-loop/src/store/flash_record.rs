@@ -352,6 +352,18 @@ mod tests {
         assert_eq!(refusal(&[]), Err(FlashRecordError::Short));
     }
 
+    /// Each of the words that come before the name may be the last that was written.
+    #[test]
+    fn a_write_that_ended_in_the_first_words_is_named() {
+        let record = Framed::<{ bytes_of(2) }>::new(*b"FFXX", 3, 7, &NAME, |record| record.floats(&[1.5, -0.0]));
+        for erased in [4..8, 8..12, 4..12] {
+            let mut bytes = record.bytes().to_vec();
+            bytes[erased].fill(0xFF);
+            let found = open(&bytes, *b"FFXX", 3, |_, _| true).map(|_| ());
+            assert_eq!(found, Err(FlashRecordError::Commit { found: ERASED }));
+        }
+    }
+
     #[test]
     fn a_name_that_is_no_text_is_refused() {
         let mut record = Framed::<{ bytes_of(0) }>::new(*b"FFXX", 3, 7, &NAME, |_| {});

@@ -257,6 +257,22 @@ mod tests {
         assert_eq!(error, SensorRecordError::Sensors(JointSensorsError::Count(5)));
     }
 
+    /// Four sensors with 32 points each are the longest record; none, one word more and another kind are refused by their head.
+    #[test]
+    fn kinds_and_lengths_that_are_not_known_are_refused() {
+        const LONGEST: usize = 4 * (4 + 2 * 32);
+        let framed = |kind, words: usize| {
+            Framed::<{ bytes_of(LONGEST + 1) }>::new(MAGIC, SCHEMA, kind, &NAME, |record| {
+                (0..words).for_each(|_| record.push(0));
+            })
+        };
+        assert_eq!(MAX_BYTES, bytes_of(LONGEST));
+        for (kind, words) in [(KIND, 0), (KIND, LONGEST + 1), (KIND + 1, 1), (0, LONGEST)] {
+            let unknown = FlashRecordError::Kind { kind, words: words as u32 };
+            assert_eq!(read(framed(kind, words).bytes()), Err(SensorRecordError::Frame(unknown)));
+        }
+    }
+
     proptest! {
         #[test]
         fn no_words_panic(words in prop::collection::vec(any::<u32>(), 0..80), places in prop::collection::vec((0usize..120, 0u32..40), 0..4)) {

@@ -435,6 +435,27 @@ fn a_state_at_rest_forgets_its_goal() {
     }
 }
 
+/// On the edge to the step: nothing is limited, and nothing is reported. Single precision has every 32nd step there.
+#[test]
+fn a_target_on_the_edge_of_the_envelope_is_inside() {
+    let gate = default();
+    assert!(!gate.edges().is_empty());
+    for edge in gate.edges() {
+        let [first, second] = edge.joints.map(|joint| joint as usize);
+        let mut position = park(&gate).position;
+        // Half of the sum each: inside both ranges.
+        position[first] = edge.most / 2;
+        position[second] = (edge.most - position[first]) * edge.sign;
+        for (beyond, status) in [(0, GateStatus::NONE), (32, GateStatus::POSE)] {
+            position[first] += beyond;
+            let target = position.map(|position| Radians(position as f32 / STEPS));
+            let allowed = gate.allowed(target, true);
+            assert_eq!(allowed.aimed, position, "exact in single precision");
+            assert_eq!((allowed.status, allowed.goal == position), (status, beyond == 0), "{edge:?}");
+        }
+    }
+}
+
 #[test]
 fn rest_is_refused_outside() {
     let gate = default();
