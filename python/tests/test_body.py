@@ -138,6 +138,73 @@ def test_way_and_height_are_along_the_floor_whatever_the_lean(rig: str) -> None:
     assert moved[[0, 2]] == pytest.approx([one.trunk()[0] - x, one.trunk()[1] - z], abs=1e-12) and moved[2] < -0.0005
 
 
+def two_links(model: Any, rotor: float, torques: Any, state: Any, seconds: float) -> Any:
+    """A leg that hangs from a fixed hip, by Lagrange's equations derived by hand, integrated with the classical Runge-Kutta method.
+
+    Angles against the vertical: thigh a, shank b = a - knee. ``state``: a, b and their rates; ``torques``: of hip and knee at a time.
+    """
+    thigh, shank = model.body("left_thigh").id, model.body("left_shank").id
+    masses, inertias = model.body_mass[[thigh, shank]], model.body_inertia[[thigh, shank], 1]
+    length = -float(model.body_pos[shank][2])
+    up, (x, z) = -float(model.body_ipos[thigh][2]), model.body_ipos[shank][[0, 2]]
+
+    def rates(time_s: float, now: Any) -> Any:
+        a, b, da, db = now
+        # Where the knee is, and the shank's centre of mass from there; and their derivatives by a and by b.
+        knee, centre = length * np.array([np.sin(a), -np.cos(a)]), np.array([x * np.cos(b) - z * np.sin(b), x * np.sin(b) + z * np.cos(b)])
+        by_a, by_b = length * np.array([np.cos(a), np.sin(a)]), np.array([-centre[1], centre[0]])
+        cross = masses[1] * by_a @ by_b - rotor
+        mass = np.array(
+            [
+                [inertias[0] + masses[0] * up**2 + masses[1] * length**2 + 2.0 * rotor, cross],
+                [cross, inertias[1] + masses[1] * (x**2 + z**2) + rotor],
+            ]
+        )
+        turning = masses[1] * np.array([-(by_a @ centre) * db**2, -(by_b @ knee) * da**2])
+        weight = GRAVITY_M_S2 * np.array([(masses[0] * up + masses[1] * length) * np.sin(a), masses[1] * by_b[1]])
+        hip, bend = torques(time_s)
+        return np.concatenate([now[2:], np.linalg.solve(mass, np.array([hip + bend, -bend]) - turning - weight)])
+
+    step, now = 1e-3, np.array(state, dtype=np.float64)
+    for tick in range(round(seconds / step)):
+        at = tick * step
+        first = rates(at, now)
+        second = rates(at + step / 2, now + step / 2 * first)
+        third = rates(at + step / 2, now + step / 2 * second)
+        now = now + step / 6 * (first + 2 * second + 2 * third + rates(at + step, now + step * third))
+    return now
+
+
+# Without rotors the leg meets its end stops, which the equations do not have, after 0.15 s.
+@pytest.mark.parametrize("rotor,seconds", [(0.0, 0.12), (0.004, 0.4)])
+def test_a_driven_leg_moves_as_lagrange_s_equations_say(rotor: float, seconds: float) -> None:
+    """A second model of one configuration, derived by hand: two links, their rotors and torques at both joints."""
+
+    def torques(time_s: float) -> Tuple[float, float]:
+        return 0.10 * math.sin(5.0 * time_s), 0.05 * math.cos(7.0 * time_s)
+
+    def simulated(step_s: float) -> Any:
+        model, data = passive("hung", contact=False, rotor_kg_m2=rotor, step_s=step_s)
+        joints = [model.joint(name) for name in ("left_hip", "left_knee")]
+        places, speeds = [joint.qposadr[0] for joint in joints], [joint.dofadr[0] for joint in joints]
+        data.qpos[places], data.qvel[speeds] = [0.3, 0.7], [0.5, -0.4]
+        for tick in range(round(seconds / step_s)):
+            data.qfrc_applied[speeds] = torques(tick * step_s)
+            mujoco.mj_step(model, data)
+        return model, data.qpos[places].copy()
+
+    model, hand = None, None
+    errors = []
+    for step_s in (0.0004, 0.0002):
+        model, (hip, knee) = simulated(step_s)
+        hand = two_links(model, rotor, torques, [0.3, 0.3 - 0.7, 0.5, 0.5 + 0.4], seconds)
+        errors.append(np.array([hip - hand[0], hip - knee - hand[1]]))
+    assert np.abs(errors[1]).max() < 2e-3, errors
+    # MuJoCo's integrator is of first order: what remains halves with its step.
+    np.testing.assert_allclose(errors[1], errors[0] / 2.0, rtol=0.1)
+    assert np.abs(hand[:2] - [0.3, -0.4]).max() > 0.05, "it has moved"
+
+
 def walk(rig: str, seconds: float, *, seed: int = 0, kind: str = "standard", robot: Any = DESK, **options: Any) -> Tuple[Any, Dict[str, Any]]:
     """A run with the control loop of the boards and the default walk."""
     one = body.Body(robot, rig, variation=body.variation(seed, kind), **options)
@@ -184,6 +251,23 @@ def test_half_the_step_walks_as_far() -> None:
     _, whole = walk("boom", 4.0)
     _, half = walk("boom", 4.0, step_s=0.0005)
     assert half["metres"] == pytest.approx(whole["metres"], rel=0.015)
+
+
+def test_a_push_is_its_impulse() -> None:
+    """A body that falls freely, without servos' supply: the momentum of its centre of mass changes by the impulse."""
+    one = body.Body(DESK, "free", supply_v=0.0)
+    one.data.qpos[one.model.joint("z").qposadr[0]] += 5.0
+    for tick in range(200):
+        one.step(tick / 1000.0, 3.0 if 50 <= tick < 150 else 0.0)
+    mujoco.mj_subtreeVel(one.model, one.data)
+    assert one.data.subtree_linvel[0][0] * 1.2 == pytest.approx(0.3, rel=1e-3)
+
+
+def test_a_run_is_pushed_for_a_tenth_of_a_second_at_five_seconds() -> None:
+    pushed = [body.run(body.Body(DESK, "boom"), body.LoopDriver(), 5.2, push_ns=ns).trunk[:, 0] for ns in (-0.2, 0.0, 0.2)]
+    back, alone, forwards = pushed
+    assert np.array_equal(back[:5000], alone[:5000]) and np.array_equal(alone[:5000], forwards[:5000])
+    assert back[5050] < alone[5050] < forwards[5050]
 
 
 def test_without_supply_it_falls() -> None:

@@ -35,6 +35,15 @@ def test_it_walks_with_a_generator_file_and_draws_a_picture(tmp_path: Path) -> N
     assert data.startswith(b"\x89PNG") and struct.unpack(">II", data[16:24]) == (1400, 360)
 
 
+def test_a_gait_by_its_name_walks_three_metres() -> None:
+    code, output, messages = run("--gait", "natural-walk", "--seeds", 3, "--json")
+    assert code == 0, messages
+    found = json.loads(output)["all"]
+    assert found["metres_least"] > 3.0 and found["falls"] == 0 and found["slip_share_mean"] * found["metres_mean"] < 0.1
+    code, _, messages = run("--gait", "natural-wlak")
+    assert code == 2 and "natural-wlak" in messages
+
+
 def test_the_table_has_every_joint_and_says_that_it_is_a_simulation() -> None:
     code, output, messages = run("--rig", "hung", "--secs", 1, "--robot", "mini", "--quiet")
     assert code == 0 and messages == ""
@@ -62,12 +71,19 @@ def test_the_size_of_a_person_s_drive_is_that_of_the_motion() -> None:
         (["--supply", "12"], "allowed is 4.8 to 6 V"),
         (["--robot", "person"], "size"),
         (["--picture", "no/folder/walk.png"], "folder"),
+        (["--push", "0.1", "--secs", "5"], "at 5 s"),
+        (["--slope", "30"], "allowed is -10 to 10 deg"),
         (["size", "--picture", "walk.png"], "walk"),
     ],
 )
 def test_wrong_input_is_exit_code_2_and_says_what_is_allowed(arguments: List[str], words: str) -> None:
     code, output, messages = run(*arguments)
     assert code == 2 and output == "" and words in messages and "Traceback" not in messages, messages
+
+
+def test_a_floor_that_rises_is_harder_to_walk() -> None:
+    ways = [json.loads(run("--secs", 4, "--slope", slope, "--json", "--quiet")[1])["all"]["metres_mean"] for slope in (-4, 4)]
+    assert ways[1] < ways[0] - 0.04
 
 
 def test_a_servo_without_supply_is_a_fall_not_an_error() -> None:

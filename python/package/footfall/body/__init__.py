@@ -6,8 +6,10 @@ measured on a robot. docs/body.md says what each rig is honest for.
 
 from .board import BoardDriver
 from .drivers import Driver, Frame, LoopDriver
+from .gait import Gait
 from .measures import fallen, measures, together
 from .robots import DESK, MINI, ROBOTS, Foot, Robot, Segment, named, person
+from .search import Found, Task, search
 from .seeds import Variation, variation
 from .simulation import Body, Trace, run
 
@@ -17,12 +19,15 @@ __all__ = [
     "DESK",
     "Driver",
     "Foot",
+    "Found",
     "Frame",
+    "Gait",
     "LoopDriver",
     "MINI",
     "ROBOTS",
     "Robot",
     "Segment",
+    "Task",
     "Trace",
     "Variation",
     "fallen",
@@ -30,6 +35,7 @@ __all__ = [
     "named",
     "person",
     "run",
+    "search",
     "together",
     "variation",
 ]

@@ -1,10 +1,12 @@
-"""MuJoCo, which is installed with the extra ``footfall[body]`` only."""
+"""MuJoCo and cma, which are installed with the extra ``footfall[body]`` only."""
 
 from importlib import import_module
 from types import ModuleType
 
 #: Version of MuJoCo with which the numbers of docs/body.md were measured; another one may give other bits.
 MUJOCO = "4.0.0"
+#: Version of cma, with which a search finds the same gait again.
+CMA = "4.5.0"
 
 
 def mujoco() -> ModuleType:

@@ -5,18 +5,21 @@ import json
 import math
 import os
 import sys
+from dataclasses import replace
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
-from .. import JOINTS, Generator, servos
+from .. import JOINTS, Generator, certify, gaits, servos
 from .._errors import FootfallError, InputError
 from . import picture, size
 from .board import BoardDriver
 from .drivers import LoopDriver
+from .gait import Gait
 from .measures import fallen, measures, together
 from .model import RIGS
 from .robots import ROBOTS, named
+from .search import Task, search
 from .seeds import KINDS, variation
-from .simulation import Body, Trace, run
+from .simulation import PUSH_AT_S, Body, Trace, run
 
 _EXAMPLES = """examples:
   python -m footfall.body --rig boom --secs 10
@@ -25,6 +28,7 @@ _EXAMPLES = """examples:
   python -m footfall.body --rig free --secs 3 --picture fall.png
   python -m footfall.body size --gait samples/generator.toml
   python -m footfall.body size --robot person
+  python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml
 
 All numbers are simulation; docs/body.md says what each rig is honest for."""
 
@@ -55,6 +59,15 @@ def _whole(least: int, most: int) -> Any:
     return read
 
 
+#: Options of `search`: what, value without it, least, most.
+_SEARCH: Dict[str, Tuple[str, int, int, int]] = {
+    "generations": ("generations", 100, 1, 100_000),
+    "candidates": ("candidates of a generation", 12, 4, 1000),
+    "random": ("seed of the search itself", 1, 1, 1_000_000),
+    "jobs": ("processes", os.cpu_count() or 1, 1, 1024),
+}
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m footfall.body",
@@ -63,10 +76,10 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("command", nargs="?", choices=("walk", "size"), default="walk", help="walk (if it is not given) or size")
+    parser.add_argument("command", nargs="?", choices=("walk", "size", "search"), default="walk", help="walk (if it is not given), size or search")
     parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
     parser.add_argument("--robot", choices=sorted(ROBOTS), default="desk", help="desk: 1.2 kg (the default); mini: 0.3 kg; person: 70 kg, size only")
-    parser.add_argument("--gait", metavar="FILE", help="generator file, as `footfall fit` writes it; the default walk of the boards without it")
+    parser.add_argument("--gait", metavar="FILE|NAME", help="generator file, as `footfall fit` writes it, or a gait's name; without it, the default walk")
     parser.add_argument("--elf", metavar="ELF", help="an image on the virtual board; without it, the control loop in this process")
     parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it")
     parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; without it, its default walk")
@@ -76,14 +89,24 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--secs", metavar="S", type=_number(1.0, 600.0, " s"), default=10.0, help="from the first servo pulse on, s (10)")
     parser.add_argument("--seeds", metavar="N", type=_whole(1, 10_000), help="N runs with varied robots, seeds 1 to N; one nominal robot without it")
     parser.add_argument("--kind", choices=KINDS, default="standard", help="how much the seeds vary")
+    of_search = parser.add_argument_group("search", "CMA-ES; each generation tries its candidates on --seeds new robots (2)")
+    of_search.add_argument("-o", "--output", metavar="FILE", help="generator file that it writes")
+    for option, (what, value, least, most) in _SEARCH.items():
+        of_search.add_argument(f"--{option}", metavar="N", type=_whole(least, most), help=f"{what} ({value})")
+    of_search.add_argument("--step", metavar="X", type=_number(0.01, 10.0, ""), help="first step, as a factor of 0.08 s and 2 to 4 deg (1)")
+    parser.add_argument("--slope", metavar="DEG", type=_number(-10.0, 10.0, " deg"), default=0.0, help="of the floor, upwards, beside that of the seeds")
+    parser.add_argument("--push", metavar="NS", type=_number(-10.0, 10.0, " N s"), default=0.0, help="push at the trunk, forwards, for 0.1 s at 5 s")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--picture", metavar="FILE.png", help="write the first run as a strip of stick figures")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     return parser
 
 
-def _generator(path: Optional[str]) -> Generator:
-    return Generator.default() if path is None else Generator.read(path)
+def _generator(gait: Optional[str]) -> Generator:
+    if gait is None:
+        return Generator.default()
+    # The gaits' own networks run on no board; their shape does.
+    return Gait.of(Generator.gait(gait)).generator() if gait in gaits() else Generator.read(gait)
 
 
 def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
@@ -91,20 +114,21 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
     robot, found = named(options.robot), []
     seeds = [0] if options.seeds is None else list(range(1, options.seeds + 1))
     for number, seed in enumerate(seeds, 1):
+        varied = variation(seed, options.kind)
         body = Body(
             robot,
             options.rig,
-            variation=variation(seed, options.kind),
+            variation=replace(varied, slope_deg=varied.slope_deg + options.slope),
             servo=options.servo,
             supply_v=options.supply,
             robot_file=options.robot_file,
         )
         if options.elf is None:
             driver = LoopDriver(_generator(options.gait), robot=options.robot_file)
-            trace, stopped = run(body, driver, options.secs, seed=seed, until=fallen), driver.stopped
+            trace, stopped = run(body, driver, options.secs, seed=seed, until=fallen, push_ns=options.push), driver.stopped
         else:
             with BoardDriver(options.elf, robot=options.robot_record, generator=options.generator_record) as board:
-                trace, stopped = run(body, board, options.secs, seed=seed, until=fallen), board.stopped
+                trace, stopped = run(body, board, options.secs, seed=seed, until=fallen, push_ns=options.push), board.stopped
         has_fallen = fallen(body)
         if stopped is not None:
             raise FootfallError(f"the outputs went off at {trace.time_s[-1]:.2f} s or before, seed {seed}: {stopped}")
@@ -165,6 +189,28 @@ def _size(options: argparse.Namespace) -> str:
     return "\n".join(lines)
 
 
+def _search(options: argparse.Namespace) -> Tuple[str, bool]:
+    """The text to print, and whether the gait may be used."""
+    values = {name: value if getattr(options, name) is None else getattr(options, name) for name, (_, value, _, _) in _SEARCH.items()}
+    seeds, step = options.seeds or 2, options.step or 1.0
+    task = Task(options.robot, options.rig, options.kind, options.secs, options.robot_file, options.servo, options.supply)
+    start = Gait.of(_generator(options.gait))
+    found = search(task, start, seeds=seeds, step=step, progress=not options.quiet, **values)
+    settings = (
+        f"robot {options.robot}, rig {options.rig}, {options.kind} seeds, {options.secs:g} s, from {options.gait or 'the default walk'}: "
+        f"{values['generations']} generations of {values['candidates']} candidates on {seeds} robots, step {step:g}, random {values['random']}"
+    )
+    text = found.gait.text(settings)
+    certificate = certify(Generator.parse(text), robot=options.robot_file)
+    with open(options.output, "w", encoding="utf-8", newline="\n") as file:
+        file.write(text)
+    lines = [f"{found.runs} runs of {options.secs:g} s, cost {found.cost:.3f} (minus the speed in m/s, plus torque, slip, falls); simulation"]
+    lines.append(f"wrote {options.output}: {certificate.status}, " + ("walks" if certificate.walks else f"does not walk: {certificate.walks_why_not}"))
+    lines += [f"  {reason.because}" for reason in certificate.reasons]
+    lines.append(f"try it on other robots: python -m footfall.body --rig {options.rig} --gait {options.output} --seeds 20")
+    return "\n".join(lines), certificate.status == "accepted" and bool(certificate.walks)
+
+
 def _error(text: str) -> None:
     print(f"error: {text}", file=sys.stderr)
 
@@ -181,6 +227,21 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise InputError("--gait is of the control loop in this process: with --elf it is --generator-record, which `footfall pack` writes")
         if options.elf is not None and not options.robot_record:
             raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
+        # Such an option given to another command would do nothing.
+        only = [name for name in (*_SEARCH, "output", "step") if getattr(options, name) is not None]
+        if options.command != "search" and only:
+            raise InputError(f"--{only[0]}: allowed with `search`")
+        if options.push and options.secs <= PUSH_AT_S:
+            raise InputError(f"--push: it comes at {PUSH_AT_S:g} s; allowed with --secs above that")
+        if options.command == "search":
+            refused = [f"--{name.replace('_', '-')}" for name in ("elf", "picture", "json", "slope", "push") if getattr(options, name)]
+            if refused:
+                raise InputError(f"{refused[0]}: `search` has none; allowed with `walk`, once the gait is found")
+            if options.output is None or not os.path.isdir(os.path.dirname(os.path.abspath(options.output))):
+                raise InputError("search needs -o FILE in a folder that exists: the generator file that it writes")
+            text, may_be_used = _search(options)
+            print(text)
+            return 0 if may_be_used else 1
         print(_size(options) if options.command == "size" else _walk(options))
     except (InputError, OSError) as error:
         _error(str(error))

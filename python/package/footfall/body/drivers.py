@@ -54,7 +54,7 @@ class LoopDriver:
         sensors: Optional[Sequence[Tuple[str, Optional[Path]]]] = None,
     ) -> None:
         self._loop = JointLoop(generator, robot=robot, sensors=sensors)
-        self._ticks = 0
+        self._ticks = self._limited = 0
         self._first: Optional[int] = None
 
     def _tick(self, volts: Sequence[float], *, button: bool = False, stop: bool = False) -> Optional[Frame]:
@@ -68,6 +68,7 @@ class LoopDriver:
             return None
         if self._first is None:
             self._first = self._ticks
+        self._limited += tick.limited != 0
         since = self._ticks - self._first - self._FIRST_FRAME_TICKS
         if since < 0 or since % self._FRAME_TICKS:
             return None
@@ -93,6 +94,11 @@ class LoopDriver:
             raise InputError(f"us = {us}: allowed is a whole number of milliseconds, 1000 or more")
         frames = (self._tick(volts) for _ in range(us // 1000))
         return [frame for frame in frames if frame is not None]
+
+    @property
+    def limited_share(self) -> float:
+        """Share of the control periods since arming in which the gate changed a setpoint; no unit."""
+        return 0.0 if self._first is None else self._limited / (self._ticks - self._first + 1)
 
     @property
     def stopped(self) -> Optional[str]:

@@ -23,6 +23,9 @@ Floats = npt.NDArray[np.float64]
 #: The joint that has a sensor on a board without sensor files.
 DEFAULT_SENSORS: Tuple[Tuple[str, Optional[Path]], ...] = (("left_knee", None),)
 
+#: When a push begins, and how long it lasts, s.
+PUSH_AT_S, PUSH_S = 5.0, 0.1
+
 
 @dataclass(frozen=True)
 class Trace:
@@ -151,10 +154,10 @@ class Body:
         data.qfrc_applied[self._speeds] = motor
         data.xfrc_applied[1, 0] = push_n
         module.mj_step(self.model, data)
+        # Rows of the constraints: equality, friction, then limits and contacts.
+        rows = slice(data.ne, data.ne + data.nf)
         rub = np.zeros(self.model.nv)
-        kinds = data.efc_type[: data.nefc]
-        friction = kinds == module.mjtConstraint.mjCNSTR_FRICTION_DOF
-        rub[data.efc_id[: data.nefc][friction]] = data.efc_force[: data.nefc][friction]
+        rub[data.efc_id[rows]] = data.efc_force[rows]
         return motor, motor + rub[self._speeds] - self._rotor * data.qacc[self._speeds]
 
     def feet(self) -> Tuple[List[float], List[float]]:
@@ -187,10 +190,12 @@ def run(
     seed: int = 0,
     sensors: Sequence[Tuple[str, Optional[Path]]] = DEFAULT_SENSORS,
     until: Optional[Callable[[Body], bool]] = None,
+    push_ns: float = 0.0,
 ) -> Trace:
     """Runs a body with a driver for a time, s, from the first servo frame on; the body is held in its first pose until then.
 
-    ``until``: ends the run early where it is true, asked each millisecond. ``seed``: of the noise of the sensors.
+    ``until``: ends the run early where it is true, asked each millisecond. ``seed``: of the noise of the sensors. ``push_ns``: impulse of a push at
+    the trunk's centre of mass, forwards, N s, spread over ``PUSH_S`` from ``PUSH_AT_S`` on.
     """
     if not 0.1 <= seconds <= 3600.0:
         raise InputError(f"seconds = {seconds}: allowed is 0.1 to 3600 s")
@@ -215,7 +220,9 @@ def run(
         waiting = [pulse for pulse in waiting if pulse[0] > tick / 1000.0]
         motor, output, slid = np.zeros(4), np.zeros(4), [0.0, 0.0]
         for part in range(substeps):
-            motor, output = body.step(tick / 1000.0 + part * body.step_s)
+            time_s = tick / 1000.0 + part * body.step_s
+            is_pushed = PUSH_AT_S <= time_s < PUSH_AT_S + PUSH_S
+            motor, output = body.step(time_s, push_ns / PUSH_S if is_pushed else 0.0)
             load, slide = body.feet()
             slid = [sum(pair) for pair in zip(slid, slide)]
         row = (body.trunk(), body.angles, body.data.qvel[body._speeds].copy(), tuple(targets), motor, output, load, slid)
@@ -225,8 +232,8 @@ def run(
             break
         frames = driver.step(1000, volts.volts(body.angles.tolist()))
     trunk, angles, speeds, goals, motors, outputs, loads, slides = (np.array(column, dtype=np.float64) for column in columns)
-    time_s = (np.arange(len(trunk)) + 1) / 1000.0
+    times_s = (np.arange(len(trunk)) + 1) / 1000.0
     mass = float(body.model.body_mass.sum())
     return Trace(
-        body.robot, body.rig, time_s, trunk, angles, speeds, goals, motors, outputs, loads, slides, np.array(pulses, dtype=np.float64), mass
+        body.robot, body.rig, times_s, trunk, angles, speeds, goals, motors, outputs, loads, slides, np.array(pulses, dtype=np.float64), mass
     )

@@ -158,6 +158,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "python -m footfall.body --rig hung",
             "python -m footfall.body --rig boom --gait samples/generator.toml",
             "python -m footfall.body size --robot person",
+            "python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml",
             "python -m footfall.body --help",
             "python -m footfall.body --elf firmware.elf --robot-record robot.bin",
         ],
