@@ -112,7 +112,9 @@ def test_processes_of_a_search_that_is_killed_end(tmp_path: Path) -> None:
     assert search.stderr is not None
     assert b"generation 1" in search.stderr.readline() and len(left()) >= 3
     search.send_signal(signal.SIGKILL)
-    search.communicate()
+    search.wait()
+    # Not to its end: a process that was left over would keep it open.
+    search.stderr.close()
     until = time.monotonic() + 30.0
     while left() and time.monotonic() < until:
         time.sleep(0.1)
