@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import footfall
 from conftest import ROOT
 
 NEEDED = ("FOOTFALL_ELF", "FOOTFALL_VIRTUAL_BOARD", "FOOTFALL_BIN")
@@ -45,6 +46,22 @@ def test_both_drivers_give_the_same_pulses(record: Path) -> None:
     np.testing.assert_allclose(board.pulses_us[:count], loop.pulses_us[:count], atol=0.0)
     assert float(np.ptp(board.pulses_us[:, 0])) > 100.0, "it walks"
     np.testing.assert_allclose(board.trunk[-1], loop.trunk[-1], atol=0.02)
+
+
+def test_the_image_walks_the_gait_that_a_search_found(record: Path, tmp_path: Path) -> None:
+    gait, packed = ROOT / "python" / "walks" / "desk-boom.toml", tmp_path / "generator.bin"
+    subprocess.run([os.environ["FOOTFALL_BIN"], "pack", str(gait), "-o", str(packed)], capture_output=True, check=True)
+    with body.BoardDriver(os.environ["FOOTFALL_ELF"], robot=record, generator=packed) as driver:
+        board = body.run(body.Body(body.DESK, "boom"), driver, 5.0, until=body.fallen)
+    loop = body.run(body.Body(body.DESK, "boom"), body.LoopDriver(footfall.Generator.read(gait)), 5.0, until=body.fallen)
+    count = min(len(board.pulses_us), len(loop.pulses_us))
+    assert count >= 249
+    np.testing.assert_allclose(board.pulses_us[:count], loop.pulses_us[:count], atol=0.0)
+    assert board.trunk[-1, 0] > WAY_M, "it walks"
+
+
+#: Way of that gait in 5 s, of docs/body.md, m.
+WAY_M = 2.0
 
 
 def test_the_command_line_takes_an_image(record: Path) -> None:

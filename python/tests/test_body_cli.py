@@ -91,6 +91,14 @@ def test_a_servo_without_supply_is_a_fall_not_an_error() -> None:
     assert code == 0 and json.loads(output)["all"]["falls"] == 1
 
 
+def test_a_reader_that_goes_is_no_error() -> None:
+    command = [sys.executable, "-m", "footfall.body", "--rig", "hung", "--secs", "1", "--quiet"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b"" and process.wait(60) == 0
+
+
 def test_without_mujoco_it_says_what_to_install(tmp_path: Path) -> None:
     (tmp_path / "mujoco.py").write_text("raise ImportError('not here')\n")
     command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from footfall.body.cli import main; sys.exit(main([]))"]

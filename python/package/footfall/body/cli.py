@@ -243,6 +243,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             print(text)
             return 0 if may_be_used else 1
         print(_size(options) if options.command == "size" else _walk(options))
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Nobody reads on, as with `head`: no error of the run. The flush at the interpreter's end would report it once more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (InputError, OSError) as error:
         _error(str(error))
         return 2

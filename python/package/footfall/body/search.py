@@ -28,9 +28,9 @@ _LAST_SEEDS = range(900_000, 900_008)
 _SCALE = np.array([0.08, 3.0, 4.0, 2.0, 4.0, 2.0, 4.0, 4.0, 3.0, 2.0, 4.0, 3.0, 2.0])
 
 #: Root mean square of the motor torque, as a share of the stall torque, from which on it costs.
-TORQUE_SHARE = 0.32
+TORQUE_SHARE = 0.34
 #: Slip from which on it costs, m in a second.
-SLIP_M_S = 0.008
+SLIP_M_S = 0.009
 
 
 @dataclass(frozen=True)
