@@ -61,7 +61,7 @@ def test_the_image_walks_the_gait_that_a_search_found(record: Path, tmp_path: Pa
 
 
 #: Way of that gait in 5 s, of docs/body.md, m.
-WAY_M = 2.0
+WAY_M = 2.5
 
 
 def test_the_command_line_takes_an_image(record: Path) -> None:

@@ -69,6 +69,17 @@ def test_a_search_finds_a_better_gait_and_finds_it_again() -> None:
     assert FIRST_SEED > 10_000, "the seeds of `--seeds` are not those of the search"
 
 
+def test_the_gait_that_ships_walks_far_with_little_torque_and_slip() -> None:
+    generator = footfall.Generator.read(ROOT / "python" / "walks" / "desk-boom.toml")
+    certificate = footfall.certify(generator)
+    assert certificate.status == "accepted" and certificate.walks
+    task = body.Task("desk", "boom", "standard", 10.0)
+    for seed in (1, 2, 3):
+        one = tried(task, body.Gait.of(generator).vector(), seed)
+        # The bounds of docs/body.md.
+        assert one["metres"] > 5.5 and not one["fallen"] and one["torque_share"] < 0.38 and one["slip_m"] < 0.11, one
+
+
 def run(*arguments: object) -> Tuple[int, str, str]:
     """Exit code, output and messages."""
     command: List[str] = [sys.executable, "-m", "footfall.body", *map(str, arguments)]
