@@ -128,6 +128,33 @@ fn each_peripheral_belongs_to_one_module() {
     assert_eq!(used, stated, "used by the modules on the left, stated in firmware/src/main.rs on the right");
 }
 
+/// What the firmware may do with the interface of the flash: set wait states and caches, and read the option bytes.
+const FLASH_ACCESS: [&str; 3] = ["FLASH.acr().read(", "FLASH.acr().modify(", "FLASH.optcr().read("];
+
+/// Keys, control register and status of the interface are never touched, so nothing is erased or programmed (hazards H33 to H43 and H59).
+#[test]
+fn the_firmware_writes_no_flash() {
+    let mut allowed = 0;
+    let mut other = Vec::new();
+    for path in files_ending(&[".rs"]).filter(|path| path.starts_with("firmware/src/")) {
+        let text = read(path);
+        for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//")) {
+            let accesses = line.matches("FLASH.").count();
+            let known: usize = FLASH_ACCESS.iter().map(|access| line.matches(access).count()).sum();
+            allowed += known;
+            // The base address of the interface (RM0090 2.3), and the HAL's driver.
+            if accesses > known
+                || line.to_lowercase().replace('_', "").contains("0x40023c")
+                || line.contains("embassy_stm32::flash")
+            {
+                other.push(format!("{path}:{}: {}", index + 1, line.trim()));
+            }
+        }
+    }
+    assert!(allowed > 0, "no access to the interface of the flash was found: the test looks at the wrong text");
+    assert_none(&other, "accesses to the interface of the flash that may change it");
+}
+
 /// The names in the first column, without the parts of the processor itself.
 fn peripherals_of_row(names: &str) -> impl Iterator<Item = &str> {
     names.split(", ").filter(|name| !name.contains(" of the core"))

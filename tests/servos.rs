@@ -84,7 +84,7 @@ fn table() -> String {
     row("the same, and the supply goes after a tick of 1 ms", &|kind| {
         format!("{:.2} degrees", after_a_cut(kind, Some(1e-3)))
     });
-    row("the same, and the supply stays, as before there was a servo-rail enable", &|kind| {
+    row("the same, and the supply stays, as on a robot without the rail switch", &|kind| {
         format!("{:.1} degrees", after_a_cut(kind, None))
     });
     row(

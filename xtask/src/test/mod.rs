@@ -6,6 +6,7 @@ mod audits;
 mod counts;
 mod judged;
 mod pico;
+mod processor;
 mod programs;
 mod python;
 mod state;
@@ -57,14 +58,15 @@ pub(crate) fn test(options: &Options) -> Result<ExitCode> {
     let mut failed = false;
     for (index, step) in steps.iter().enumerate() {
         if failed {
-            rows.push(Row { name: step.name, outcome: Outcome::NotRun, took: Duration::ZERO });
+            rows.push(Row { name: step.name, outcome: Outcome::NotRun, took: Duration::ZERO, processor: None });
             continue;
         }
         eprintln!("\n=== step {} of {}: {} ({})", index + 1, steps.len(), step.name, step.claim);
-        let step_started = Instant::now();
+        let (step_started, before) = (Instant::now(), processor::time());
         let outcome = outcome(step, &missing, &state);
         failed = matches!(outcome, Outcome::Failed(_));
-        rows.push(Row { name: step.name, outcome, took: step_started.elapsed() });
+        let processor = processor::time().zip(before).map(|(after, before)| after.saturating_sub(before));
+        rows.push(Row { name: step.name, outcome, took: step_started.elapsed(), processor });
     }
     print!("\n{}", summary::table(&rows, &state.counts.borrow(), started.elapsed()));
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })

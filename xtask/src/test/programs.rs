@@ -9,12 +9,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use super::counts::{self, Counts};
 use crate::shell;
+
+/// So many programs are named as those that took longest.
+const LONGEST: usize = 12;
 
 /// A test program that cargo has built.
 #[derive(Debug, PartialEq, Eq)]
@@ -41,27 +45,38 @@ pub(super) fn run(arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Co
             // One that hangs is the last to be named here without its output below.
             eprintln!("running {}", program.source);
             let mut shown = Vec::new();
+            let started = Instant::now();
             let counts = counts::run(&program.source, program.command().envs(variables.iter().copied()), &mut shown);
-            if sender.send((program, counts, shown)).is_err() {
+            if sender.send((program, counts, shown, started.elapsed())).is_err() {
                 return;
             }
         }
     };
     let mut all = Counts::default();
+    let mut times = Vec::new();
     std::thread::scope(|scope| {
         for _ in 0..workers {
             let sender = sender.clone();
             scope.spawn(|| work(sender));
         }
         drop(sender);
-        for ((program, counts, shown), number) in ended.into_iter().zip(1..) {
+        for ((program, counts, shown, took), number) in ended.into_iter().zip(1..) {
             // Nobody may be reading; the result counts all the same.
             let _ = writeln!(std::io::stderr(), "\n{} ({number} of {})", program.source, programs.len());
             let _ = std::io::stderr().write_all(&shown);
             all.add(counts?);
+            times.push((took, program.source.as_str()));
         }
+        eprintln!("\n{}", longest(times));
         Ok(all)
     })
+}
+
+/// Names the programs that took longest, which is where a change would make the tests faster.
+fn longest(mut times: Vec<(Duration, &str)>) -> String {
+    times.sort_unstable_by(|a, b| b.cmp(a));
+    let named = times.iter().take(LONGEST).map(|(took, source)| format!("{source} {:.0} s", took.as_secs_f32()));
+    format!("longest: {}", named.collect::<Vec<_>>().join(", "))
 }
 
 /// Builds the programs and returns them in the order of their sources.
@@ -127,6 +142,13 @@ mod tests {
             "profile": { "test": test },
             "executable": "/home/me/walk/target/debug/deps/link-0123",
         })
+    }
+
+    #[test]
+    fn the_longest_are_named_first() {
+        let times =
+            vec![(Duration::from_secs(1), "a.rs"), (Duration::from_secs(90), "b.rs"), (Duration::from_secs(7), "c.rs")];
+        assert_eq!(longest(times), "longest: b.rs 90 s, c.rs 7 s, a.rs 1 s");
     }
 
     #[test]

@@ -24,13 +24,15 @@ pub(super) struct Row {
     pub(super) name: &'static str,
     pub(super) outcome: Outcome,
     pub(super) took: Duration,
+    /// Processor time of the programs that it ran; `None` where the system does not say it.
+    pub(super) processor: Option<Duration>,
 }
 
 /// A line for each step, one for the tests in them if any ran, and a last line that counts the steps.
 pub(super) fn table(rows: &[Row], counts: &Counts, total: Duration) -> String {
     let mut text = String::new();
     let (mut passed, mut failed, mut skipped) = (0, 0, 0);
-    for Row { name, outcome, took } in rows {
+    for Row { name, outcome, took, processor } in rows {
         let (word, note) = match outcome {
             Outcome::Passed(note) => {
                 passed += 1;
@@ -50,9 +52,19 @@ pub(super) fn table(rows: &[Row], counts: &Counts, total: Duration) -> String {
             }
         };
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "{name:<14} {word:<8} {:>7.1} s  {note}", took.as_secs_f32());
+        let processor = processor.map_or_else(|| "-".to_owned(), |time| format!("{:.1}", time.as_secs_f32()));
+        let _ =
+            writeln!(text, "{name:<14} {word:<8} {:>7.1} s, {processor:>7} of processor  {note}", took.as_secs_f32());
     }
-    let _ = writeln!(text, "{:<14} {:<8} {:>7.1} s", "all", "", total.as_secs_f32());
+    let all: Duration = rows.iter().filter_map(|row| row.processor).sum();
+    let _ = writeln!(
+        text,
+        "{:<14} {:<8} {:>7.1} s, {:>7.1} of processor",
+        "all",
+        "",
+        total.as_secs_f32(),
+        all.as_secs_f32()
+    );
     if *counts != Counts::default() {
         let _ = writeln!(text, "{counts}");
     }
@@ -65,7 +77,7 @@ mod tests {
     use super::*;
 
     fn row(name: &'static str, outcome: Outcome) -> Row {
-        Row { name, outcome, took: Duration::from_millis(1500) }
+        Row { name, outcome, took: Duration::from_millis(1500), processor: Some(Duration::from_millis(2600)) }
     }
 
     #[test]
@@ -79,10 +91,10 @@ mod tests {
         let counts = Counts { passed: 12, ..Counts::default() };
         let text = table(&rows, &counts, Duration::from_secs(5));
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], "format         passed       1.5 s  5 files");
-        assert_eq!(lines[1], "core-qemu      SKIPPED      1.5 s  qemu-system-arm not found");
-        assert_eq!(lines[2], "lints          FAILED       1.5 s  cargo clippy failed");
-        assert_eq!(lines[3], "docs           not run      1.5 s  a step before it failed");
+        assert_eq!(lines[0], "format         passed       1.5 s,     2.6 of processor  5 files");
+        assert_eq!(lines[1], "core-qemu      SKIPPED      1.5 s,     2.6 of processor  qemu-system-arm not found");
+        assert_eq!(lines[2], "lints          FAILED       1.5 s,     2.6 of processor  cargo clippy failed");
+        assert_eq!(lines[3], "docs           not run      1.5 s,     2.6 of processor  a step before it failed");
         assert_eq!(lines[5..], ["12 tests passed, 0 ignored", "1 passed, 1 failed, 2 skipped"]);
     }
 
