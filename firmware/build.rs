@@ -10,11 +10,13 @@ const BOARDS: [&str; 3] = ["F4_DISCOVERY", "NUCLEO_F446RE", "BLACK_PILL_F411"];
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=../memory.x");
+    println!("cargo:rerun-if-changed=seal.x");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::copy("../memory.x", out.join("memory.x")).expect("copy ../memory.x to OUT_DIR");
+    fs::copy("seal.x", out.join("seal.x")).expect("copy seal.x to OUT_DIR");
     println!("cargo:rustc-link-search={}", out.display());
     // Names the board in the ELF file, as a symbol of the value 0: a program that runs or reads the file knows what it is for.
     for (name, _) in env::vars() {
@@ -23,7 +25,7 @@ fn main() {
         }
     }
     // Only the program takes them: a host tool or a test of the library must not.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "-Tseal.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
 }

@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use footfall_tests::workspace::{metadata, read, root};
+use footfall_tests::workspace::{files_ending, metadata, read, root};
 use serde_json::Value;
 
 /// The packages of this workspace that each core may depend on.
@@ -297,6 +297,36 @@ fn every_file_of_tests_is_built() {
         files("tests").into_iter().map(main_of).filter(|file| root().join(file).is_file()).collect();
     let forgotten: Vec<_> = present.difference(&declared).collect();
     assert!(forgotten.is_empty(), "no [[test]] in tests/Cargo.toml for {forgotten:?}");
+}
+
+/// A sine or cosine of a library reduces a large argument in a loop: a tick that takes longer, or a wrong angle. Those of the cores take a phase of
+/// one cycle, an integer. (`f32::sin` needs the standard library, which the cores do not have; a board computes nothing in `f64`.)
+#[test]
+fn a_sine_is_that_of_a_phase() {
+    let names = ["sin", "cos", "tan", "sincos"];
+    let calls = |text: &str| -> Vec<String> {
+        let functions =
+            text.split("libm::").skip(1).map(|rest| rest.split(|c: char| !c.is_alphanumeric()).next().unwrap_or(""));
+        functions
+            .filter(|name| names.iter().any(|sine| name.strip_suffix('f').unwrap_or(name) == *sine))
+            .map(str::to_owned)
+            .collect()
+    };
+    let mut of_f64 = Vec::new();
+    for (core, _) in CORES {
+        for file in files_ending(&[".rs"]).filter(|file| file.starts_with(&format!("{core}/src/"))) {
+            let found = calls(&read(file));
+            if file == "cpg-core/src/math/scalar.rs" {
+                of_f64 = found
+            } else {
+                assert!(found.is_empty(), "{file}: {found:?}")
+            }
+        }
+    }
+    assert_eq!(of_f64, ["sin", "cos"], "of `f64`, for the host");
+    let phase = read("cpg-core/src/math/trig.rs");
+    assert!(phase.contains("pub fn sin_cos(phase: Phase) -> (f32, f32)"));
+    assert!(read("joint-units/src/lib.rs").contains("pub struct Phase(pub u32)"), "a phase is an integer that wraps");
 }
 
 /// The last stage before the servos can be read in one sitting.

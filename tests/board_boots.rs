@@ -5,7 +5,9 @@ use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
 use firmware::post_mortem::LOCKOUT_STREAK;
 use footfall::board::image::Image;
 use footfall::board::telemetry::record_in;
+use footfall_tests::board::Board;
 use footfall_tests::campaign::{self, head};
+use footfall_tests::recordings::default_volts_file;
 use joint_loop::store::robot_record;
 use joint_loop::{RecordName, RobotConfig};
 use serde_json::Value;
@@ -30,7 +32,12 @@ const CAUSES: [(&str, Reset); 7] = [
 ];
 
 fn main() -> ExitCode {
-    test_suite::run(tests![no_boot_moves_a_pin_and_each_says_why(Image), a_boot_with_a_gesture_arms(Image)])
+    test_suite::run(tests![
+        no_boot_moves_a_pin_and_each_says_why(Image),
+        a_boot_with_a_gesture_arms(Image),
+        a_long_row_of_crashes_stays_locked_until_a_person_acts(Image),
+        a_supply_that_drops_again_and_again_moves_no_pin_by_itself(Image),
+    ])
 }
 
 /// What is wrong with the parameter sectors: the half-words that change, and what the board then refuses.
@@ -209,4 +216,78 @@ fn a_boot_with_a_gesture_arms() {
     assert!(result["edges"].as_u64() > Some(8), "{result}");
     let drives: Vec<f64> = result["drives_s"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
     assert!(drives.len() == 1 && (0.7..0.76).contains(&drives[0]), "{drives:?}");
+}
+
+/// From one event of a series to the next, s: time for the test of the stop, a hold that arms, and a piece of the ramp.
+const APART_S: f64 = 0.8;
+
+/// Options of a series: in the first `armed` boots the emergency stop is tested and the button held, and at the end of each this happens, as a script
+/// has it.
+fn series(events: usize, armed: usize, inject: &str, more: &str) -> (tempfile::NamedTempFile, Vec<String>) {
+    let starts = (0..events).map(|n| APART_S * n as f64);
+    let mut script = more.to_owned();
+    for start in starts {
+        let _ = writeln!(script, "[[event]]\nat_s = {}\n{inject}", start + APART_S);
+    }
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), script).expect("written");
+    let secs = APART_S * (events + 2) as f64;
+    let mut options = vec!["--script".to_owned(), file.path().to_str().expect("text").to_owned()];
+    options.extend(["--secs".into(), secs.to_string(), "--loop".into()]);
+    options.extend(["--volts".into(), default_volts_file().to_str().expect("text").to_owned()]);
+    for start in (0..armed).map(|n| APART_S * n as f64) {
+        options.extend(["--emergency-stop".into(), format!("{:.3}:0.024", start + 0.06)]);
+        options.extend(["--press".into(), format!("{:.3}:0.304", start + 0.1)]);
+    }
+    (file, options)
+}
+
+/// Twelve panics: the first three runs are armed by their holds, those after them are not; nor is the last one, which does not crash. Then the reset
+/// button is pressed, and the next hold arms.
+fn a_long_row_of_crashes_stays_locked_until_a_person_acts() {
+    const CRASHES: usize = 12;
+    let by_hand = APART_S * (CRASHES + 1) as f64;
+    let reset = format!("[[event]]\nat_s = {}\ninject = \"reset-button\"\nfor_ms = 5\n", by_hand);
+    let (_script, options) = series(CRASHES, CRASHES + 2, "inject = \"panic\"", &reset);
+    let ran = Board::find().run(options);
+    let boots: Vec<(Reset, u32)> = ran
+        .boots
+        .iter()
+        .map(|boot| boot.boot.as_ref().map(|boot| (boot.reset, boot.streak)).expect("a boot record"))
+        .collect();
+    let mut expected = vec![(Reset::PowerOn, 0)];
+    expected.extend((1..=CRASHES as u32).map(|streak| (Reset::Software, streak)));
+    expected.push((Reset::Pin, 0));
+    assert_eq!(boots, expected);
+    let locked = APART_S * f64::from(LOCKOUT_STREAK);
+    for n in 0..LOCKOUT_STREAK {
+        let run = APART_S * f64::from(n)..APART_S * f64::from(n + 1);
+        assert!(ran.pulses.iter().any(|(at, _)| run.contains(at)), "run {n} is armed by its hold");
+    }
+    let dark: Vec<f64> = ran.pulses.iter().map(|(at, _)| *at).filter(|at| (locked..by_hand).contains(at)).collect();
+    assert_eq!(dark, [0.0; 0], "pulses after the lock-out");
+    assert!(ran.pulses.iter().any(|(at, _)| *at > by_hand), "after the reset by hand a hold arms");
+    report!(
+        "{CRASHES} crashes in a row: armed {LOCKOUT_STREAK} times, then no pulse for {:.1} s, until the reset button",
+        by_hand - locked
+    );
+}
+
+/// Ten dips of the supply that reset the board, without a gesture after the first boot: each boot is disarmed and stays so, and none counts as a crash.
+fn a_supply_that_drops_again_and_again_moves_no_pin_by_itself() {
+    const DIPS: usize = 10;
+    let (_script, options) = series(DIPS, 1, "inject = { vdd = 2.7 }\nfor_ms = 20", "");
+    let ran = Board::find().run(options);
+    let boots: Vec<(Reset, u32)> = ran
+        .boots
+        .iter()
+        .map(|boot| boot.boot.as_ref().map(|boot| (boot.reset, boot.streak)).expect("a boot record"))
+        .collect();
+    let mut expected = vec![(Reset::PowerOn, 0)];
+    expected.extend([(Reset::BrownOut, 0); DIPS]);
+    assert_eq!(boots, expected);
+    assert!(ran.pulses.iter().any(|(at, _)| *at < APART_S), "the first run is armed by its hold");
+    let later: Vec<f64> = ran.pulses.iter().map(|(at, _)| *at).filter(|at| *at > APART_S).collect();
+    assert_eq!(later, [0.0; 0], "pulses after the first dip");
+    assert!(ran.boots[1..].iter().all(|boot| boot.ticks.iter().all(|tick| !tick.state.moving())));
 }

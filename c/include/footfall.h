@@ -123,6 +123,8 @@ typedef struct {
   bool foot;
   // The tick began too late.
   bool late;
+  // The program in flash is not proven to be the one that was built: the board does not arm.
+  bool program_unproven;
 } FootfallSample;
 
 // Outputs of one tick.

@@ -75,6 +75,8 @@ pub struct FootfallSample {
     pub foot: bool,
     /// The tick began too late.
     pub late: bool,
+    /// The program in flash is not proven to be the one that was built: the board does not arm.
+    pub program_unproven: bool,
 }
 
 /// Outputs of one tick.
@@ -192,6 +194,7 @@ pub unsafe extern "C" fn footfall_loop_tick(
             1 => Debugger::Attached,
             _ => Debugger::Refused,
         },
+        program_unproven: sample.program_unproven,
         request: None,
     });
     let given = joints.frame();

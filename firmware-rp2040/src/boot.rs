@@ -17,6 +17,7 @@ use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 use crate::environment::Environment;
 use crate::faults::LastRun;
 use crate::pins::{PinRegisters, Pull};
+use crate::program::ProgramCheck;
 use crate::sampling::REFERENCE;
 use crate::serial::{self, REQUESTS_QUEUED};
 use crate::servo_pwm::{self, Outputs};
@@ -155,6 +156,7 @@ fn start_up() -> &'static mut Telemetry {
         rounds: 0,
         frames_to_line: FRAMES_A_LINE,
         truncated: 0,
+        program: ProgramCheck::new(),
         refused_clock: None,
     })
 }

@@ -50,6 +50,8 @@ mod parameters;
 #[cfg(target_os = "none")]
 mod pins;
 #[cfg(target_os = "none")]
+mod program;
+#[cfg(target_os = "none")]
 mod protections;
 #[cfg(target_os = "none")]
 #[path = "../../firmware/src/queue.rs"]

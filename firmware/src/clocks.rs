@@ -134,8 +134,10 @@ fn start_flash_accelerator() {
     });
     /// Device and revision. Other chips of the family have the revision too, without the erratum.
     const F407_REVISION_A: (u16, u16) = (0x413, 0x1000);
+    /// The device id that revision A has instead (ES0182, "MCU device ID is incorrect").
+    const WRONG_ID: u16 = 0x411;
     let chip = DBGMCU.idcode().read();
-    let prefetch_works = (chip.dev_id(), chip.rev_id()) != F407_REVISION_A;
+    let prefetch_works = chip.dev_id() != WRONG_ID && (chip.dev_id(), chip.rev_id()) != F407_REVISION_A;
     FLASH.acr().modify(|w| {
         w.set_icen(true);
         w.set_dcen(true);

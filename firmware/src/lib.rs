@@ -10,6 +10,7 @@
 //! - [`last_outputs`]: how the servo outputs ended, in RAM for the next boot.
 //! - [`oscillator`]: how the watchdog's oscillator is measured.
 //! - [`post_mortem`]: crash records in RAM for the next boot, and the lock-out of arming after repeated crashes.
+//! - [`seal`]: the check sum of the program in flash.
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
 
@@ -23,3 +24,4 @@ pub mod liveness;
 pub mod oscillator;
 pub mod pacing;
 pub mod post_mortem;
+pub mod seal;

@@ -14,7 +14,7 @@
 //! | IWDG | [`watchdog`] |
 //! | GPIOA, GPIOB, GPIOC, GPIOD, GPIOE | [`pins`] |
 //!
-//! Two are shared: in RCC each module enables the clock of its peripherals, and in DBGMCU it stops them with the debugger. TIM4 is the clock
+//! Two are shared: in RCC each module enables the clock of its peripherals, and in DBGMCU it stops them with the debugger or reads which chip it is. TIM4 is the clock
 //! of embassy-time. The interrupt of I2C1, which is not used, runs the executor of the ticks.
 //!
 //! Compiled for the host, the program prints one message and touches no register: so the host's compiler checks the firmware without a
@@ -23,6 +23,7 @@
 // On the host nothing calls the code that needs the chip.
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
+mod chip;
 mod clocks;
 mod crystal_timer;
 mod debugger;
@@ -34,6 +35,7 @@ mod lamps;
 mod log;
 mod parameters;
 mod pins;
+mod program;
 mod queue;
 mod sampling;
 mod serial;
@@ -56,7 +58,7 @@ mod boot {
     use embassy_stm32::interrupt::{self, InterruptExt, Priority};
     use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
-    use firmware::board::BOARD;
+    use firmware::board::{BOARD, OtherChip};
     use firmware::crystal::HseFault;
     use firmware::interrupts::{BLOCK_END, BREAK, EDGE, Enabled, TASK_CLOCK, TICK};
     use firmware::lamp::Shown;
@@ -73,6 +75,7 @@ mod boot {
     use crate::environment::Environment;
     use crate::faults::LastRun;
     use crate::pins::PinRegisters;
+    use crate::program::ProgramCheck;
     use crate::serial::{self, REQUESTS_QUEUED};
     use crate::servo_pwm::{self, Outputs};
     use crate::tasks::control::{
@@ -81,7 +84,9 @@ mod boot {
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
-    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock};
+    use crate::{
+        chip, clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock,
+    };
 
     /// Runs the control task in an interrupt that nothing else uses (no I2C driver in this firmware; every chip of the family has it).
     static TICKS: InterruptExecutor = InterruptExecutor::new();
@@ -139,8 +144,10 @@ mod boot {
         let last_run = faults::last_run();
         let reference_cal = sampling::reference_calibration();
         let environment = Environment::new(reference_cal, sampling::temperature_calibration());
-        let clock = clocks::start();
-        let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run, reference_cal, clock);
+        // Another chip may not bear this one's clock.
+        let chip = chip::compare();
+        let clock = if chip.is_ok() { clocks::start() } else { Ok(()) };
+        let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run, reference_cal, chip, clock);
         let outputs = Outputs::new(urgency(&BREAK));
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
@@ -214,6 +221,7 @@ mod boot {
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
             truncated: 0,
+            program: ProgramCheck::new(),
             refused_clock: None,
         })
     }
@@ -236,10 +244,18 @@ mod boot {
     ///
     /// A function of its own, because the stack that it takes is free again afterwards.
     #[inline(never)]
-    fn build_loop(last_run: &LastRun, reference_cal: AdcCode, clock: Result<(), HseFault>) -> Built {
+    fn build_loop(
+        last_run: &LastRun,
+        reference_cal: AdcCode,
+        chip: Result<(), OtherChip>,
+        clock: Result<(), HseFault>,
+    ) -> Built {
         // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
         let loaded = parameters::read(&PARAMETERS);
         let boot = log::boot(last_run, reference_cal, loaded.as_ref().ok());
+        if let Err(other) = chip {
+            stay_off(Subject::Configuration, other);
+        }
         let (parameters, unnamed) = match &loaded {
             Ok(loaded) => (loaded.parameters, loaded.unnamed),
             Err(error) => stay_off(error.subject(), error),
@@ -291,7 +307,7 @@ fn main() {
     let board = &firmware::board::BOARD;
     println!(
         "This is the firmware for the {} board, compiled for this computer: it only shows that it compiles.\n\
-         Build it for thumbv7em-none-eabihf; to flash it and watch its log: probe-rs run --chip {} ELF_FILE",
-        board.name, board.chip
+         `cargo xtask flash --board {}` builds it for the board, seals it, flashes it and shows its log.",
+        board.name, board.name
     );
 }

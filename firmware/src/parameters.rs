@@ -123,15 +123,19 @@ fn read_sensors(parameters: &mut Parameters) -> Result<RecordId, NoParameters> {
 }
 
 /// A whole sector.
-#[cfg(target_os = "none")]
 fn sector(address: u32) -> &'static [u8] {
-    // SAFETY: flash, mapped and readable from reset on (RM0090 table 5); the program is linked around these sectors (memory.x) and writes no
-    // flash.
-    unsafe { core::slice::from_raw_parts(address as *const u8, SECTOR_BYTES) }
+    flash(address, SECTOR_BYTES)
+}
+
+/// Bytes of the flash.
+#[cfg(target_os = "none")]
+pub(crate) fn flash(address: u32, bytes: usize) -> &'static [u8] {
+    // SAFETY: flash, mapped and readable from reset on (RM0090 table 5); the program writes no flash.
+    unsafe { core::slice::from_raw_parts(address as *const u8, bytes) }
 }
 
 /// The host has no flash.
 #[cfg(not(target_os = "none"))]
-fn sector(_address: u32) -> &'static [u8] {
+pub(crate) fn flash(_address: u32, _bytes: usize) -> &'static [u8] {
     &[0xFF; SECTOR_BYTES]
 }

@@ -24,6 +24,7 @@ def main(capture: str) -> None:
         elapsed=inputs.elapsed[rows],
         watchdog_hz={row: hertz for row, hertz in inputs.watchdog_hz.items() if row < len(rows)},
         debugger=inputs.debugger[rows],
+        program_unproven=inputs.program_unproven[rows],
         requests={row: text for row, text in inputs.requests.items() if row < len(rows)},
     )
     print(f"tick {ticks.tick[-1]}, hash {ticks.setpoint_hash[-1]:016x}")

@@ -4,6 +4,7 @@ use footfall::command::replay::{Comparison, loop_of_boot};
 use footfall::file::capture::recorded::{self, Recorded, RecordedError, Tick};
 use joint_units::Joint;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -59,7 +60,7 @@ impl Capture {
         let measured = |(row, tick): (usize, &Tick)| tick.call.watchdog_hz.map(|hz| (row, hz));
         let watchdog_hz: BTreeMap<usize, u32> = ticks.iter().enumerate().filter_map(measured).collect();
         let requests: BTreeMap<usize, String> = ticks.iter().enumerate().filter_map(request).collect();
-        let fields = (
+        let fields = [
             arrays::column(py, ticks.iter().map(|tick| tick.boot).collect()),
             arrays::column(py, ticks.iter().map(|tick| tick.tick).collect()),
             arrays::column(py, ticks.iter().map(|tick| tick.call.elapsed).collect()),
@@ -69,11 +70,12 @@ impl Capture {
             flag(|tick| tick.call.flags.foot()),
             flag(|tick| tick.call.flags.late()),
             arrays::column(py, ticks.iter().map(|tick| tick.call.flags.faults().bits()).collect()),
-            watchdog_hz,
+            watchdog_hz.into_pyobject(py)?.into_any(),
             arrays::column(py, ticks.iter().map(|tick| tick.call.flags.debugger() as u8).collect()),
-            requests,
-        );
-        arrays::result(py, "Inputs", fields)
+            flag(|tick| tick.call.flags.program_unproven()),
+            requests.into_pyobject(py)?.into_any(),
+        ];
+        arrays::result(py, "Inputs", PyTuple::new(py, fields)?)
     }
 
     /// The outputs of every tick, as ``Outputs``: ``known`` of shape (n,), setpoints in deg (float32, NaN where not known) and pulses in us, both of

@@ -206,10 +206,10 @@ impl JointLoop {
     /// switches. ``late``: the tick began too late. ``faults``: names of faults that the board found: ``adc_overrun``, ``break_input``,
     /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``watchdog_hz``: a new
     /// measurement of the
-    /// clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: ``absent``, ``attached`` or ``refused``. ``request``: of a
-    /// host, such as ``1 set speed 1.2``.
+    /// clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: ``absent``, ``attached`` or ``refused``.
+    /// ``program_unproven``: the program in flash is not proven to be the one that was built. ``request``: of a host, such as ``1 set speed 1.2``.
     #[pyo3(signature = (codes, vrefint, *, button = false, foot = false, late = false, faults = vec![], elapsed = 1, watchdog_hz = None,
-        debugger = "absent", request = None))]
+        debugger = "absent", program_unproven = false, request = None))]
     #[allow(clippy::too_many_arguments)] // They are keywords in Python.
     fn tick<'py>(
         &mut self,
@@ -223,6 +223,7 @@ impl JointLoop {
         elapsed: i64,
         watchdog_hz: Option<i64>,
         debugger: &str,
+        program_unproven: bool,
         request: Option<&str>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let sample = Sample {
@@ -235,6 +236,7 @@ impl JointLoop {
             faults: self::faults(&faults)?,
             watchdog_clock: watchdog_hz.map(hertz).transpose()?,
             debugger: arguments::one_of("debugger", debugger, DEBUGGERS, |(name, _)| name)?.1,
+            program_unproven,
             request: request.map(|text| Self::request(0, text)).transpose()?,
         };
         self.joints.tick(&sample);
@@ -247,9 +249,9 @@ impl JointLoop {
     /// bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,).
     /// ``watchdog_hz``: a
     /// dictionary from a row to a measurement of the clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: 0 absent,
-    /// 1 attached, 2 refused, shape (n,). ``requests``: a dictionary from a row to the request of a host.
+    /// 1 attached, 2 refused, shape (n,). ``program_unproven``: booleans, shape (n,). ``requests``: a dictionary from a row to the request of a host.
     #[pyo3(signature = (codes, vrefint, *, button = None, foot = None, late = None, fault_bits = None, elapsed = None, watchdog_hz = None,
-        debugger = None, requests = None))]
+        debugger = None, program_unproven = None, requests = None))]
     #[allow(clippy::too_many_arguments)] // They are keywords in Python.
     fn run<'py>(
         &mut self,
@@ -263,6 +265,7 @@ impl JointLoop {
         elapsed: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
         watchdog_hz: Option<BTreeMap<usize, i64>>,
         debugger: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
+        program_unproven: Flags<'py>,
         requests: Option<BTreeMap<usize, String>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (codes, vrefint) = (codes.as_array(), vrefint.as_array());
@@ -285,6 +288,7 @@ impl JointLoop {
         }
         let (button, foot) = (flags("button", &button, rows)?, flags("foot", &foot, rows)?);
         let late = flags("late", &late, rows)?;
+        let program_unproven = flags("program_unproven", &program_unproven, rows)?;
         let faults = whole("fault_bits", fault_bits, 0, 0, BoardFaults::CARRIED.into())?;
         let elapsed = whole("elapsed", elapsed, 1, 1, MAX_ELAPSED.into())?;
         let debugger = whole("debugger", debugger, 0, 0, DEBUGGERS.len() as i64 - 1)?;
@@ -301,6 +305,7 @@ impl JointLoop {
                 faults: BoardFaults::from_bits(faults[row] as u8),
                 watchdog_clock: watchdog_hz.get(&row).copied().map(hertz).transpose()?,
                 debugger: DEBUGGERS[debugger[row] as usize].1,
+                program_unproven: program_unproven[row],
                 request: requests.get(&row).map(|text| Self::request(row, text)).transpose()?,
             });
         }

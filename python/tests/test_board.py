@@ -50,6 +50,7 @@ def test_a_loop_in_python_has_the_hash_of_the_board(run: Run) -> None:
         elapsed=inputs.elapsed,
         watchdog_hz=inputs.watchdog_hz,
         debugger=inputs.debugger,
+        program_unproven=inputs.program_unproven,
         requests=inputs.requests,
     )
     np.testing.assert_array_equal(ticks.tick, inputs.tick)

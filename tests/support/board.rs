@@ -184,11 +184,19 @@ impl Board {
         Self::with("FOOTFALL_BLACK_PILL_ELF")
     }
 
-    fn with(image: &str) -> Self {
-        let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
-        let (elf, program) = (path(image), path("FOOTFALL_VIRTUAL_BOARD"));
+    /// The image in another file.
+    ///
+    /// # Panics
+    /// As [`Board::find`].
+    #[must_use]
+    pub fn of(elf: PathBuf) -> Self {
+        let program = PathBuf::from(std::env::var_os("FOOTFALL_VIRTUAL_BOARD").expect("FOOTFALL_VIRTUAL_BOARD"));
         let image = Image::read(&elf).unwrap_or_else(|error| panic!("{error}"));
         Self { elf, program, image }
+    }
+
+    fn with(image: &str) -> Self {
+        Self::of(PathBuf::from(std::env::var_os(image).expect(image)))
     }
 
     /// Runs the image with these options of the virtual board.

@@ -3,7 +3,7 @@
 use joint_loop::{BoardFaults, Debugger, Sample};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
-/// Button, foot switch, lateness, board faults and debugger of one call of the loop.
+/// Button, foot switch, lateness, board faults, debugger and check of the program of one call of the loop.
 ///
 /// ```
 /// use wire::Flags;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 /// let flags = Flags::from_bits(0b1_0000_0101).unwrap();
 /// assert!(flags.button() && flags.foot() && !flags.late());
 /// assert_eq!(flags.faults(), BoardFaults::ADC_OVERRUN);
-/// assert_eq!(Flags::from_bits(1 << 11), None);
+/// assert_eq!(Flags::from_bits(1 << 12), None);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 pub struct Flags(u16);
@@ -23,14 +23,16 @@ impl Flags {
     const FOOT: u16 = 1 << 8;
     const DEBUGGER: u16 = 1 << 9;
     const REFUSED: u16 = 1 << 10;
+    const UNPROVEN: u16 = 1 << 11;
     /// All bits that have a meaning: 0 button, 1 late, 2 to 7 faults of the board, 8 foot on the floor, 9 a debugger is attached, 10 the board
-    /// refuses it.
+    /// refuses it, 11 the program in flash is not proven to be the one that was built.
     pub const ALL: u16 = Self::BUTTON
         | Self::LATE
         | ((BoardFaults::CARRIED as u16) << Self::FAULTS_SHIFT)
         | Self::FOOT
         | Self::DEBUGGER
-        | Self::REFUSED;
+        | Self::REFUSED
+        | Self::UNPROVEN;
 
     /// The flags of a sample.
     #[must_use]
@@ -44,6 +46,9 @@ impl Flags {
         }
         if sample.foot {
             bits |= Self::FOOT;
+        }
+        if sample.program_unproven {
+            bits |= Self::UNPROVEN;
         }
         bits |= match sample.debugger {
             Debugger::Absent => 0,
@@ -94,6 +99,12 @@ impl Flags {
         }
     }
 
+    /// The program in flash is not proven to be the one that was built.
+    #[must_use]
+    pub const fn program_unproven(self) -> bool {
+        self.0 & Self::UNPROVEN != 0
+    }
+
     /// Faults that the board found since the previous call.
     #[must_use]
     pub const fn faults(self) -> BoardFaults {
@@ -105,7 +116,7 @@ impl<'de> Deserialize<'de> for Flags {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let bits = u16::deserialize(from)?;
         let unknown =
-            || de::Error::invalid_value(de::Unexpected::Unsigned(bits.into()), &"bits 0 to 10, and 9 with 10");
+            || de::Error::invalid_value(de::Unexpected::Unsigned(bits.into()), &"bits 0 to 11, and 9 with 10");
         Self::from_bits(bits).ok_or_else(unknown)
     }
 }

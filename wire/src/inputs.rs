@@ -29,7 +29,7 @@ pub struct Call {
     pub reference: u16,
     /// Control periods since the call before: 1, or more where periods were missed.
     pub elapsed: u8,
-    /// Button, foot switch, lateness, faults and debugger.
+    /// Button, foot switch, lateness, faults, debugger and check of the program.
     pub flags: Flags,
     /// A new measurement of the clock of the watchdog, Hz; 0: it stands still.
     pub watchdog_hz: Option<u32>,
@@ -94,6 +94,7 @@ impl Call {
             faults: self.flags.faults(),
             watchdog_clock: self.watchdog_hz.map(WatchdogHz),
             debugger: self.flags.debugger(),
+            program_unproven: self.flags.program_unproven(),
             request: self.request,
         }
     }

@@ -2,6 +2,7 @@
 //! precision.
 
 use std::fmt;
+use std::ops::Range;
 
 use crate::probe::{SECTOR_BYTES, Sector};
 
@@ -133,22 +134,46 @@ pub(crate) fn flash_parts(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
 
 /// The segments with content, at the addresses where they are stored (`p_paddr`).
 pub(crate) fn loaded(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
+    let bytes =
+        |segment: Segment| Ok(Part { address: segment.address, bytes: elf.get(segment.file).ok_or(CUT)?.to_vec() });
+    segments(elf)?.into_iter().map(bytes).collect()
+}
+
+/// Where in the file so many bytes are that are stored at this address; `None` if no segment has them all.
+pub(crate) fn place(elf: &[u8], address: u32, bytes: usize) -> Result<Option<Range<usize>>, &'static str> {
+    let in_segment = |segment: Segment| {
+        let start = segment.file.start.checked_add(address.checked_sub(segment.address)? as usize)?;
+        let end = start.checked_add(bytes)?;
+        (end <= segment.file.end).then_some(start..end)
+    };
+    Ok(segments(elf)?.into_iter().find_map(in_segment))
+}
+
+/// A segment with content.
+struct Segment {
+    /// Where it is stored on the chip.
+    address: u32,
+    /// Where it is in the file.
+    file: Range<usize>,
+}
+
+fn segments(elf: &[u8]) -> Result<Vec<Segment>, &'static str> {
     if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
         return Err(NOT_ELF);
     }
     let table = word(elf, 0x1c)? as usize;
     let entry = usize::from(half(elf, 0x2a)?);
     let count = usize::from(half(elf, 0x2c)?);
-    let mut loaded = Vec::new();
+    let mut segments = Vec::new();
     for index in 0..count {
         let field = |number: usize| word(elf, table.saturating_add(index * entry + 4 * number));
         let (kind, offset, address, size) = (field(0)?, field(1)? as usize, field(3)?, field(4)? as usize);
         if kind == PT_LOAD && size > 0 {
-            let bytes = offset.checked_add(size).and_then(|end| elf.get(offset..end)).ok_or(CUT)?;
-            loaded.push(Part { address, bytes: bytes.to_vec() });
+            let end = offset.checked_add(size).filter(|&end| end <= elf.len()).ok_or(CUT)?;
+            segments.push(Segment { address, file: offset..end });
         }
     }
-    Ok(loaded)
+    Ok(segments)
 }
 
 /// The names in the symbol table.
@@ -187,7 +212,7 @@ fn is_double_precision(symbol: &str) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// An ELF file of only a header and section headers: (type, flags, address, size) each.
@@ -256,7 +281,7 @@ mod tests {
     }
 
     /// An ELF file of only a header and loaded segments: (address, bytes) each.
-    fn with_segments(segments: &[(u32, &[u8])]) -> Vec<u8> {
+    pub(crate) fn with_segments(segments: &[(u32, &[u8])]) -> Vec<u8> {
         let mut file = b"\x7fELF\x01\x01".to_vec();
         file.resize(52, 0);
         file[0x1c..0x20].copy_from_slice(&52_u32.to_le_bytes());

@@ -28,6 +28,7 @@ mod progress;
 mod ratchet;
 mod record;
 mod run;
+mod seal;
 mod self_test;
 mod setup;
 mod shell;

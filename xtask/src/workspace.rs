@@ -10,6 +10,7 @@ use crate::board::{Board, Drive};
 use crate::build_paths;
 use crate::image::{self, Footprint};
 use crate::progress::{self, Build};
+use crate::seal;
 use crate::setup::{self, Need, Required};
 use crate::shell;
 use crate::toolchain::{SMALLEST_TARGET, TARGET, Toolchain};
@@ -46,7 +47,7 @@ pub(crate) struct Programs {
 /// A firmware image.
 #[derive(Debug)]
 pub(crate) struct Image {
-    /// A copy under a name of its own: cargo gives every board's image the same one.
+    /// A sealed copy under a name of its own: cargo gives every board's image the same one.
     pub(crate) elf: PathBuf,
     /// What it takes on the chip.
     pub(crate) footprint: Footprint,
@@ -158,7 +159,9 @@ impl Workspace {
         let (name, flags) = build_paths::variable(root, &target_dir, &toolchain.library())?;
         build.cargo.env(name, flags).env("CARGO_TARGET_DIR", toolchain.target_dir(&target_dir)).current_dir(root);
         build.label = "firmware in another folder";
-        executable(build)
+        let built = executable(build)?;
+        sealed(&built, &built)?;
+        Ok(built)
     }
 
     fn firmware_build(&self, features: &str) -> Result<Build> {
@@ -166,16 +169,15 @@ impl Workspace {
         Ok(Build { label: "firmware", cargo, executables: &["firmware"] })
     }
 
-    /// Reads the image and copies it under a name of its own.
+    /// Reads the image, seals it, and keeps that under a name of its own.
     fn image(&self, built: &Path, features: &str) -> Result<Image> {
-        let elf = std::fs::read(built).with_context(|| format!("reading {}", built.display()))?;
-        let wrong = |wrong: &'static str| anyhow::anyhow!("{}: {wrong}", built.display());
-        let footprint = image::footprint(&elf).map_err(wrong)?;
-        let double_precision = image::double_precision(&elf).map_err(wrong)?;
         let images = self.target_dir.join("images");
         std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
         let copy = images.join(format!("firmware-{}.elf", features.replace(',', "-")));
-        std::fs::write(&copy, elf).with_context(|| format!("writing {}", copy.display()))?;
+        let elf = sealed(built, &copy)?;
+        let wrong = |wrong: &'static str| anyhow::anyhow!("{}: {wrong}", built.display());
+        let footprint = image::footprint(&elf).map_err(wrong)?;
+        let double_precision = image::double_precision(&elf).map_err(wrong)?;
         Ok(Image { elf: copy, footprint, double_precision })
     }
 
@@ -222,6 +224,17 @@ impl Workspace {
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
         one_program(host_build("footfall", &["footfall"]))
     }
+}
+
+/// Seals the image that cargo built and writes it to `copy`; its bytes.
+fn sealed(built: &Path, copy: &Path) -> Result<Vec<u8>> {
+    let mut elf = std::fs::read(built).with_context(|| format!("reading {}", built.display()))?;
+    // An image without content has no place for a seal either, and the other message says why.
+    image::footprint(&elf)
+        .and_then(|_| seal::seal(&mut elf))
+        .map_err(|wrong| anyhow::anyhow!("{}: {wrong}", built.display()))?;
+    std::fs::write(copy, &elf).with_context(|| format!("writing {}", copy.display()))?;
+    Ok(elf)
 }
 
 fn features(board: Board, drive: Drive) -> String {

@@ -16,6 +16,8 @@ use super::definition::{AnalogInput, Board, Pin};
 pub const BOARD: Board = Board {
     name: "black-pill-f411",
     chip: "STM32F411CEUx",
+    // RM0383 23.6.1.
+    device_ids: &[0x431],
     // 100 MHz, the most that the chip allows, by scale 1 of the regulator (RM0383 5.1.3), which the HAL sets; three wait states from 2.7 V on (3.4.1).
     clocks: ClockTree { hse: Hse::Crystal, hse_mhz: 25, pll: Pll { m: 25, n: 200, p: 2, q: 5 }, apb: [2, 1] },
     // RM0383 11.9.

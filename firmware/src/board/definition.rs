@@ -70,6 +70,8 @@ pub struct Board {
     pub name: &'static str,
     /// As printed on the chip, and as probe-rs calls it.
     pub chip: &'static str,
+    /// Device ids of the chip in DBGMCU_IDCODE: that of the reference manual first.
+    pub device_ids: &'static [u16],
     /// Crystal, PLL and buses.
     pub clocks: ClockTree,
     /// Supply below which no sample is good: below what the board's own regulator delivers.
@@ -106,6 +108,40 @@ pub struct Board {
     pub led_pulses: Option<Pin>,
     /// Lamp of faults; without it, the other one shows faults too.
     pub led_fault: Option<Pin>,
+}
+
+impl Board {
+    /// Compares the device id of a chip with those of the board's.
+    ///
+    /// # Errors
+    /// It is another chip.
+    pub fn compare(&'static self, device_id: u16) -> Result<(), OtherChip> {
+        if self.device_ids.contains(&device_id) { Ok(()) } else { Err(OtherChip { device_id, board: self }) }
+    }
+}
+
+/// The image runs on another chip than that of its board.
+#[derive(Debug, Clone, Copy)]
+pub struct OtherChip {
+    /// What the chip says.
+    pub device_id: u16,
+    /// The board that the image is for.
+    pub board: &'static Board,
+}
+
+impl fmt::Display for OtherChip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Board { name, chip, device_ids, .. } = self.board;
+        write!(f, "the chip has the device id {:#x}; {name} has {chip}", self.device_id)?;
+        if let Some(own) = device_ids.first() {
+            write!(f, ", {own:#x}")?;
+        }
+        f.write_str(": flash the image of this board with `cargo xtask flash --board")?;
+        match super::BOARDS.iter().find(|board| board.device_ids.contains(&self.device_id)) {
+            Some(board) => write!(f, " {}`", board.name),
+            None => f.write_str("`"),
+        }
+    }
 }
 
 /// The sensors' inputs of the Discovery and of the Nucleo: pins that neither uses for anything else.

@@ -9,6 +9,9 @@ use super::definition::{Board, Pin, SENSORS};
 pub const BOARD: Board = Board {
     name: "f4-discovery",
     chip: "STM32F407VGTx",
+    // RM0090 38.6.1. The second is that of revision A (ES0182, "MCU device ID is incorrect"), which the STM32F2 has too: a Cortex-M3, on which no
+    // program for a Cortex-M4F gets this far.
+    device_ids: &[0x413, 0x411],
     // 168 MHz, the most that the chip allows; Q: 48 MHz.
     clocks: ClockTree { hse: Hse::Crystal, hse_mhz: 8, pll: Pll { m: 4, n: 168, p: 2, q: 7 }, apb: [4, 2] },
     // RM0090 13.10.

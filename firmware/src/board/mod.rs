@@ -53,7 +53,7 @@ pub mod nucleo_f446re;
 #[cfg(all(feature = "black-pill-f411", not(any(feature = "f4-discovery", feature = "nucleo-f446re"))))]
 pub use black_pill_f411::BOARD;
 pub use clock_tree::{ADC_DIVIDER, ClockTree, Hse, Pll};
-pub use definition::{AnalogInput, Board, Pin, Port};
+pub use definition::{AnalogInput, Board, OtherChip, Pin, Port};
 #[cfg(feature = "f4-discovery")]
 pub use f4_discovery::BOARD;
 #[cfg(all(feature = "nucleo-f446re", not(feature = "f4-discovery")))]
@@ -101,6 +101,27 @@ mod tests {
             pins.extend(board.led_pulses.into_iter().chain(board.led_fault));
             let names: BTreeSet<&str> = pins.iter().map(|pin| pin.name).collect();
             assert_eq!(names.len(), pins.len(), "{}: {pins:?}", board.name);
+        }
+    }
+
+    /// Each board's own ids pass, those of every other board do not, and the words name the board of the chip and fit into a record.
+    #[test]
+    fn another_chip_is_refused_in_words() {
+        for board in BOARDS {
+            assert!(board.device_ids.iter().all(|id| board.compare(*id).is_ok()), "{}", board.name);
+            for other in BOARDS.iter().filter(|other| other.name != board.name) {
+                for id in other.device_ids {
+                    let words = board.compare(*id).expect_err("another chip").to_string();
+                    let named = words.contains(&format!("{id:#x}")) && words.contains(board.chip);
+                    assert!(named && words.ends_with(&format!("--board {}`", other.name)), "{words}");
+                    assert!(words.len() <= 160, "{words}");
+                }
+            }
+            for id in [0, 0xFFF, 0x419] {
+                assert!(
+                    board.compare(id).expect_err("none of ours").to_string().ends_with("`cargo xtask flash --board`")
+                );
+            }
         }
     }
 

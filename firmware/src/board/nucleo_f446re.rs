@@ -10,6 +10,8 @@ use super::definition::{Board, Pin, SENSORS};
 pub const BOARD: Board = Board {
     name: "nucleo-f446re",
     chip: "STM32F446RETx",
+    // RM0390, "MCU device ID code".
+    device_ids: &[0x421],
     // MCO of the ST-LINK, 8 MHz (solder bridge SB50 on, as delivered). 168 MHz as on the Discovery, of 180 that the chip allows.
     clocks: ClockTree { hse: Hse::External, hse_mhz: 8, pll: Pll { m: 4, n: 168, p: 2, q: 7 }, apb: [4, 2] },
     // RM0390 13.10.

@@ -23,6 +23,7 @@ use crate::debugger;
 use crate::kept_outputs;
 use crate::lamps;
 use crate::pins::PinRegisters;
+use crate::program;
 use crate::queue;
 use crate::sampling::NEWEST;
 use crate::servo_pwm::Outputs;
@@ -140,6 +141,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         faults,
         watchdog_clock: watchdog_clock::take(),
         debugger: debugger::attached(),
+        program_unproven: program::is_unproven(),
         request: queue::take(&mut control.requests),
     };
 
@@ -159,7 +161,9 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     BOARD.sync_output.set(time_code::level(frame.tick));
     let shown = match frame.state {
         SupervisorState::Fault => Shown::Fault,
-        _ if control.locked_out || control.joint_loop.wrong_watchdog_clock().is_some() => Shown::LockedOut,
+        _ if control.locked_out || program::is_wrong() || control.joint_loop.wrong_watchdog_clock().is_some() => {
+            Shown::LockedOut
+        }
         _ if control.joint_loop.awaits_stop_test() => Shown::StopUntested,
         SupervisorState::TrimReady => Shown::TrimReady,
         _ if command.pulses.is_none() => Shown::Disarmed,

@@ -12,6 +12,7 @@ use super::control::{dropped, take_not_sent, take_worst};
 use super::progress::TELEMETRY;
 use crate::environment::Environment;
 use crate::log;
+use crate::program::ProgramCheck;
 use crate::serial::Port;
 use crate::servo_pwm;
 use crate::stack;
@@ -51,6 +52,7 @@ pub(crate) struct Telemetry {
     pub(crate) frames_to_line: u8,
     /// Pulses that were cut short, as of the last report.
     pub(crate) truncated: u32,
+    pub(crate) program: ProgramCheck,
     /// The clock of the watchdog that was reported as wrong.
     pub(crate) refused_clock: Option<WatchdogHz>,
 }
@@ -67,6 +69,7 @@ pub(crate) async fn telemetry_task(telemetry: &'static mut Telemetry) -> ! {
 /// Empties the queues.
 #[inline(never)]
 fn telemetry_step(telemetry: &mut Telemetry) {
+    telemetry.check_program();
     telemetry.report_watchdog_clock();
     while let Some((tick, sample)) = telemetry.samples.dequeue() {
         telemetry.collect(tick, &sample);
@@ -136,6 +139,19 @@ impl Telemetry {
         self.port.send(record);
     }
 
+    /// Checks a piece of the program in flash, and reports in words that it is not the one that was built.
+    fn check_program(&mut self) {
+        if let Some(wrong) = self.program.step() {
+            self.refuse(&Refused::new(Subject::Arming, wrong));
+        }
+    }
+
+    /// Reports a refusal in the log and at the serial port.
+    fn refuse(&mut self, refused: &Refused) {
+        log::refusal(refused);
+        self.port.send(&Record::Refused(refused.clone()));
+    }
+
     /// Reports a clock of the watchdog that is not allowed, in words, once for each measurement that differs.
     fn report_watchdog_clock(&mut self) {
         let wrong = watchdog_clock::last().filter(|hz| !hz.is_allowed());
@@ -145,9 +161,7 @@ impl Telemetry {
             let reason = format_args!(
                 "the clock of the watchdog runs at {hz} Hz; allowed are {SLOWEST_HZ} to {FASTEST_HZ} Hz: reset the board, and replace it if this remains"
             );
-            let refused = Refused::new(Subject::Arming, reason);
-            log::refusal(&refused);
-            self.port.send(&Record::Refused(refused));
+            self.refuse(&Refused::new(Subject::Arming, reason));
         }
         self.refused_clock = wrong;
     }

@@ -9,6 +9,7 @@
 //! | the chip's supply below its minimum for more than 40 ms | fault | arming refused, with no tolerance |
 //! | the measured clock of the watchdog is too slow or too fast, or not measured if `watchdog_clock_required` | stop | arming refused |
 //! | a debugger is attached, which the board refuses | stop | arming refused |
+//! | the program in flash is not proven to be the one that was built | stop | arming refused |
 //! | more than `stop_gap_s` of control periods without a tick | stop | arming refused |
 //! | more late ticks of the last 100 than `late_ticks` | stop | arming refused |
 //! | dips of the supply that go on for more than 1 s | stop | arming refused |
@@ -153,6 +154,8 @@ pub struct Observation {
     pub watchdog_clock: Demand,
     /// Whether a debugger is attached.
     pub debugger: Debugger,
+    /// The program in flash is not proven to be the one that was built.
+    pub program_unproven: bool,
     /// Faults that the board reports.
     pub faults: BoardFaults,
     /// Worst validity of all sensors. An overrun of the converter counts as not good even if this is good.
@@ -228,6 +231,8 @@ impl Monitor {
         } else if is_untested {
             // Before the sensors, whose causes do not concern a trim.
             Demand::Stop(if is_pressed { Cause::BreakInput } else { Cause::StopUntested })
+        } else if seen.program_unproven {
+            Demand::Stop(Cause::Program)
         } else if self.sensor_required && sensor_bad {
             Demand::Stop(match Cause::of_sensor(monitor_state.worst) {
                 Cause::None => Cause::AdcOverrun,
@@ -299,6 +304,7 @@ mod tests {
         supply: Demand::Go,
         watchdog_clock: Demand::Go,
         debugger: Debugger::Absent,
+        program_unproven: false,
         faults: BoardFaults::NONE,
         sensors: Validity::Good,
         generator_sound: true,
@@ -474,6 +480,18 @@ mod tests {
         assert_eq!(demands[44..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
     }
 
+    /// It refuses an arming and a trim, after the test of the emergency stop, and stops a motion.
+    #[test]
+    fn a_program_that_is_not_proven_stops() {
+        let monitor = monitor();
+        let judge = |seen: Observation| monitor.judge(&mut MonitorState::default(), &seen).in_trim();
+        for moving in [false, true] {
+            let seen = Observation { moving, program_unproven: true, ..FAULTLESS };
+            assert_eq!(judge(seen), Demand::Stop(Cause::Program));
+            assert_eq!(judge(Observation { program_unproven: false, ..seen }), Demand::Go);
+        }
+    }
+
     #[test]
     fn the_worst_condition_comes_first() {
         let all = Observation {
@@ -482,6 +500,7 @@ mod tests {
             supply: Demand::Stop(Cause::Supply),
             watchdog_clock: Demand::Stop(Cause::WatchdogClock),
             debugger: Debugger::Refused,
+            program_unproven: true,
             faults: BoardFaults::from_bits(0x3f),
             sensors: Validity::OutOfTable,
             generator_sound: false,
@@ -522,6 +541,8 @@ mod tests {
         let judge = |seen: Observation, sensor| {
             monitor().judge(&mut MonitorState { sensor, pose: 51, stood: 10_000, ..MonitorState::default() }, &seen)
         };
+        assert_eq!(judge(later, 51), Demand::Stop(Cause::Program));
+        let later = Observation { program_unproven: false, ..later };
         assert_eq!(judge(later, 51), Demand::Stop(Cause::SensorOutOfTable));
         let good = Observation { sensors: Validity::Good, ..later };
         assert_eq!(judge(good, 0), Demand::Stop(Cause::PersonStands));

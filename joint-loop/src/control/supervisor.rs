@@ -174,11 +174,13 @@ pub enum Cause {
     WatchdogClock = 29,
     /// A debugger is attached, which the board refuses.
     Debugger = 30,
+    /// The program in flash is not proven to be the one that was built.
+    Program = 31,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 32] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -210,6 +212,7 @@ impl Cause {
         Self::StopUntested,
         Self::WatchdogClock,
         Self::Debugger,
+        Self::Program,
     ];
 
     /// Name in telemetry.
@@ -247,6 +250,7 @@ impl Cause {
             Self::StopUntested => "stop_untested",
             Self::WatchdogClock => "watchdog_clock",
             Self::Debugger => "debugger",
+            Self::Program => "program",
         }
     }
 

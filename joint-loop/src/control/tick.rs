@@ -304,6 +304,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             supply,
             watchdog_clock: self.watchdog_clock.judge(sample.watchdog_clock, required),
             debugger: sample.debugger,
+            program_unproven: sample.program_unproven,
             faults: sample.faults,
             sensors,
             generator_sound: self.sound,

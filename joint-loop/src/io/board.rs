@@ -37,12 +37,15 @@ pub struct Sample<const S: usize> {
     pub watchdog_clock: Option<WatchdogHz>,
     /// Whether a debugger is attached to the core, which it may halt.
     pub debugger: Debugger,
+    /// Whether the program in flash is not proven to be the one that was built: its check after the boot has not ended, or a check found
+    /// another one. Such a board does not arm, and a motion stops.
+    pub program_unproven: bool,
     /// What a host asks for in this tick; see [`crate::tuning`].
     pub request: Option<Request>,
 }
 
 impl<const S: usize> Default for Sample<S> {
-    /// One period, button released, no foot on the floor, no fault, no measurement, no debugger, no request, all codes 0 (a short circuit for any sensor).
+    /// One period, button released, no foot on the floor, no fault, no measurement, no debugger, a proven program, no request, all codes 0 (a short circuit for any sensor).
     fn default() -> Self {
         Self {
             elapsed: 1,
@@ -54,6 +57,7 @@ impl<const S: usize> Default for Sample<S> {
             faults: BoardFaults::NONE,
             watchdog_clock: None,
             debugger: Debugger::Absent,
+            program_unproven: false,
             request: None,
         }
     }

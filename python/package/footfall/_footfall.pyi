@@ -174,6 +174,7 @@ class JointLoop:
         elapsed: int = 1,
         watchdog_hz: Optional[int] = None,
         debugger: str = "absent",
+        program_unproven: bool = False,
         request: Optional[str] = None,
     ) -> Tick: ...
     def run(
@@ -188,6 +189,7 @@ class JointLoop:
         elapsed: Optional[npt.ArrayLike] = None,
         watchdog_hz: Optional[Mapping[int, int]] = None,
         debugger: Optional[npt.ArrayLike] = None,
+        program_unproven: Optional[npt.ArrayLike] = None,
         requests: Optional[Mapping[int, str]] = None,
     ) -> Ticks: ...
     @property

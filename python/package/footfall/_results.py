@@ -191,6 +191,8 @@ class Inputs(NamedTuple):
     """Measurements of the clock of the watchdog: row and Hz."""
     debugger: npt.NDArray[np.uint8]
     """Debugger: 0 absent, 1 attached, 2 refused; shape (n,)."""
+    program_unproven: npt.NDArray[np.bool_]
+    """The program in flash is not proven to be the one that was built; shape (n,)."""
     requests: Dict[int, str]
     """Requests of a host: row and text."""
 

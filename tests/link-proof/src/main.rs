@@ -105,6 +105,7 @@ mod proof {
             faults: BoardFaults::from_bits(black_box(0)),
             watchdog_clock: black_box(Some(WatchdogHz(32_000))),
             debugger: black_box(Debugger::Absent),
+            program_unproven: black_box(false),
             request: black_box(None::<Request>),
         };
         black_box(joints.start_from(black_box([PulseMicros(1_500); Joint::COUNT])));

@@ -473,7 +473,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 25] = [
+const IMAGE_TESTS: [&str; 26] = [
     "virtual_board",
     "fits",
     "board_black_pill",
@@ -484,6 +484,7 @@ const IMAGE_TESTS: [&str; 25] = [
     "board_pulses",
     "board_servos",
     "board_conditions",
+    "board_program",
     "board_watchdog",
     "board_restart",
     "board_boots",

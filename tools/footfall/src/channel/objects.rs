@@ -100,7 +100,7 @@ pub(crate) fn sensor_schema(joints: &[Joint]) -> Value {
         (
             "flags".into(),
             "integer",
-            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot switch closed, bit 9 a debugger is attached, bit 10 it is refused",
+            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot switch closed, bit 9 a debugger is attached, bit 10 it is refused, bit 11 the program in flash is not proven",
         ),
         ("request".into(), "string|null", "what a host asked for in this tick: `7 set speed 1.25`, `7 undo`, `7 stop`"),
         ("watchdog_hz".into(), "integer|null", "Hz, a new measurement of the clock of the watchdog; 0: it stands still"),

@@ -1,0 +1,104 @@
+//! Proves that the program in flash is the one that was built ([`firmware::seal`]): after the boot, before anything may move, and again and again
+//! while the board runs.
+//!
+//! The thread does it, which the ticks interrupt. A program that is not right stays so until the next boot, whatever a later pass would find.
+
+use core::ops::Range;
+
+use firmware::pacing::since;
+use firmware::seal::{Check, SEAL, Unproven, WORDS};
+use portable_atomic::{AtomicU8, Ordering};
+
+use crate::parameters::flash;
+use crate::stopwatch;
+
+/// Time that the first pass takes of a round of telemetry, us. A press must not wait for it.
+const FIRST_US: u32 = 500;
+/// Bytes of a piece of the first pass.
+const FIRST_BYTES: u32 = 512;
+/// Bytes of the piece of a later round.
+const BYTES: u32 = 256;
+
+/// The first pass has not ended.
+const CHECKING: u8 = 0;
+/// It was right, and no later one was wrong.
+const PROVEN: u8 = 1;
+/// The program is not the one that was built.
+const WRONG: u8 = 2;
+
+/// One of these. The thread writes it, the ticks read it.
+static STATE: AtomicU8 = AtomicU8::new(CHECKING);
+
+/// Whether the board may not arm: the first pass has not ended, or the program is wrong.
+pub(crate) fn is_unproven() -> bool {
+    STATE.load(Ordering::Relaxed) != PROVEN
+}
+
+/// Whether the board will not arm until the next boot.
+pub(crate) fn is_wrong() -> bool {
+    STATE.load(Ordering::Relaxed) == WRONG
+}
+
+/// The passes over the program.
+pub(crate) struct ProgramCheck {
+    /// `None` before a pass.
+    pass: Option<Check>,
+}
+
+impl ProgramCheck {
+    pub(crate) const fn new() -> Self {
+        Self { pass: None }
+    }
+
+    /// Checks a piece in a round of telemetry. Why the program is wrong, once.
+    pub(crate) fn step(&mut self) -> Option<Unproven> {
+        let begun = stopwatch::now_us();
+        loop {
+            let bytes = match STATE.load(Ordering::Relaxed) {
+                CHECKING => FIRST_BYTES,
+                PROVEN => BYTES,
+                _ => return None,
+            };
+            match self.piece(bytes) {
+                None => {}
+                Some(Ok(())) => STATE.store(PROVEN, Ordering::Relaxed),
+                Some(Err(unproven)) => {
+                    STATE.store(WRONG, Ordering::Relaxed);
+                    return Some(unproven);
+                }
+            }
+            if bytes == BYTES || since(stopwatch::now_us(), begun) >= FIRST_US {
+                return None;
+            }
+        }
+    }
+
+    /// The result of a pass, with its last piece.
+    fn piece(&mut self, bytes: u32) -> Option<Result<(), Unproven>> {
+        let mut pass = match self.pass.take() {
+            Some(pass) => pass,
+            None => match Check::begin(seal()) {
+                Ok(pass) => pass,
+                Err(unproven) => return Some(Err(unproven)),
+            },
+        };
+        let result = pass.step(bytes, read);
+        if result.is_none() {
+            self.pass = Some(pass);
+        }
+        result
+    }
+}
+
+fn read(range: Range<u32>) -> &'static [u8] {
+    flash(range.start, range.len())
+}
+
+/// The words of the seal.
+fn seal() -> [u32; WORDS] {
+    let mut words = [0; WORDS];
+    for (word, bytes) in words.iter_mut().zip(flash(SEAL, 4 * WORDS).chunks_exact(4)) {
+        *word = u32::from_le_bytes(bytes.try_into().unwrap_or_default());
+    }
+    words
+}
