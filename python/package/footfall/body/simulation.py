@@ -3,7 +3,7 @@
 import math
 import os
 from dataclasses import dataclass
-from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -79,6 +79,13 @@ class _Mounted:
         return self.at_neutral_rad + (us - self.neutral_us) / self.us_per_rad
 
 
+def mounted(name: str, supply_v: float, one: Dict[str, float], variation: Variation, trim_rad: float) -> _Mounted:
+    """A servo by its name at a supply, V, on a joint with this entry of the servo map, as ``footfall.robot()`` gives it, and an error of its neutral, rad."""
+    scale = one["us_per_rad"]
+    built = Servo(name, supply_v=supply_v, us_per_rad=abs(scale), band_deg=variation.band_deg, stall_factor=variation.stall_factor)
+    return _Mounted(built, one["neutral_us"], one["at_neutral_rad"], scale, trim_rad, math.copysign(1.0, scale))
+
+
 class Body:
     """A robot on a rig, with servos at its joints. ``robot_file``: servo map and limits; ``servo``: another one than the robot's, by name."""
 
@@ -101,13 +108,7 @@ class Body:
         volts = robot.supply_v if supply_v is None else supply_v
         self.servos: List[_Mounted] = []
         for place, joint in enumerate(JOINTS):
-            one = maps[joint]
-            built = Servo(
-                name, supply_v=volts, us_per_rad=abs(one["us_per_rad"]), band_deg=variation.band_deg, stall_factor=variation.stall_factor
-            )
-            trim = math.radians(variation.trim_deg[place])
-            sign = math.copysign(1.0, one["us_per_rad"])
-            self.servos.append(_Mounted(built, one["neutral_us"], one["at_neutral_rad"], one["us_per_rad"], trim, sign))
+            self.servos.append(mounted(name, volts, maps[joint], variation, math.radians(variation.trim_deg[place])))
         self.robot, self.rig, self.step_s = robot, rig, step_s
         first = self.servos[0].servo
         self._friction_nm, self._rotor = first.friction_nm, first.rotor_kg_m2
