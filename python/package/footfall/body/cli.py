@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from .. import JOINTS, Generator, Servo, certify, servos
 from .._errors import FootfallError, InputError
-from . import picture, report, size, worn_cli
+from . import picture, report, size, wearer_cli
 from .board import BoardDriver
 from .drivers import LoopDriver
 from .gait import Gait
@@ -240,7 +240,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Runs the command line and returns its exit code; no unit."""
     given = sys.argv[1:] if arguments is None else list(arguments)
     if given[:1] == ["worn"]:
-        return worn_cli.main(given[1:])
+        return wearer_cli.main(given[1:])
     if given[:1] == ["report"]:
         return report.main(given[1:])
     options = _parser().parse_args(given)

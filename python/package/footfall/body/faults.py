@@ -4,7 +4,7 @@ import struct
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Set, Tuple
 
 from .._board import PathLike
 from .._errors import InputError
@@ -81,7 +81,8 @@ def _drawn(entry: Dict[str, Any], elf: PathLike) -> List[Tuple[int, int]]:
     """Bytes and bits of the memory, as the virtual board's campaign draws them: SplitMix64 with the addresses as its seed."""
     addresses = symbols(elf, entry["symbols"])
     first, end = (addresses[name] for name in entry["symbols"])
-    bits, state, places = (end - first) * 8, first << 32 | end, set()  # type: int, int, Set[int]
+    bits, state = (end - first) * 8, first << 32 | end
+    places: Set[int] = set()
     while len(places) < entry["count"]:
         state = (state + 0x9E3779B97F4A7C15) % 2**64
         mixed = (state ^ state >> 30) * 0xBF58476D1CE4E5B9 % 2**64

@@ -120,6 +120,9 @@ class Body:
         self._angles = np.array([joint.qposadr[0] for joint in joints])
         self._speeds = np.array([joint.dofadr[0] for joint in joints])
         self._feet = [self.model.body(f"{side}_shank").id for side in ("left", "right")]
+        # Place of the foot of each geom; the floor, which is of no foot, adds nothing.
+        self._foot_of = [self._feet.index(one) if one in self._feet else 0 for one in self.model.geom_bodyid.tolist()]
+        self._force, self._jacobian, self._rub = np.zeros(6), np.zeros((3, self.model.nv)), np.zeros(self.model.nv)
         free = {"hung": (), "boom": ("x", "z"), "free": ("x", "z", "pitch")}[rig]
         self._trunk = {name: self.model.joint(name).qposadr[0] for name in free}
         pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
@@ -157,7 +160,8 @@ class Body:
         module.mj_step(self.model, data)
         # Rows of the constraints: equality, friction, then limits and contacts.
         rows = slice(data.ne, data.ne + data.nf)
-        rub = np.zeros(self.model.nv)
+        rub = self._rub
+        rub[:] = 0.0
         rub[data.efc_id[rows]] = data.efc_force[rows]
         return motor, motor + rub[self._speeds] - self._rotor * data.qacc[self._speeds]
 
@@ -165,14 +169,15 @@ class Body:
         """Normal force (N) of each foot, and the way (m) that its lowest point slid in the last step if it is loaded."""
         data, module = self.data, self._module
         load, slide, deepest = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
-        force, jacobian = np.zeros(6), np.zeros((3, self.model.nv))
+        force, jacobian = self._force, self._jacobian
         for index in range(data.ncon):
             contact = data.contact[index]
-            foot = self._feet.index(int(max(self.model.geom_bodyid[contact.geom])))
+            foot = self._foot_of[int(contact.geom1)] + self._foot_of[int(contact.geom2)]
             module.mj_contactForce(self.model, data, index, force)
             load[foot] += float(force[0])
-            if force[0] > 0.0 and float(contact.dist) < deepest[foot]:
-                deepest[foot] = float(contact.dist)
+            dist = float(contact.dist)
+            if force[0] > 0.0 and dist < deepest[foot]:
+                deepest[foot] = dist
                 module.mj_jac(self.model, data, jacobian, None, contact.pos, self._feet[foot])
                 slide[foot] = abs(float(jacobian[0] @ data.qvel)) * self.step_s
         return load, slide

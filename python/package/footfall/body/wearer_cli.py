@@ -14,22 +14,22 @@ import numpy as np
 
 from .. import JOINTS, Generator, Servo, servos
 from .._errors import FootfallError, InputError
-from . import faults, picture, worn
+from . import faults, picture, wearer
 from .cuff import CUFFS_NM_RAD, LEVER_M, Supply, Worn, wear
 from .person import RECORDING, Person
-from .worn import EVENT_AT_S, OF_THE_WALK, BoardRun, Event, Pulses
+from .wearer import EVENT_AT_S, OF_THE_WALK, BoardRun, Event, Pulses
 
 _EXAMPLES = """examples:
   python -m footfall.body worn
   python -m footfall.body worn --servo DS3225 --cuff rigid --cuff 180 --event step --picture step.png
   python -m footfall.body worn --recording samples/walk.csv --event estop --no-rail-switch --json
 
-with the flashed image (docs/worn.md says how its records are written):
+with the flashed image (docs/wearer.md says how its records are written):
   python -m footfall.body worn --follower follower.toml --elf firmware.elf --robot-record robot.bin \\
       --generator-record follower.bin --sensor-record sensors.bin
   python -m footfall.body worn ... --faults tests/campaign/faults.toml --every 10
 
-All numbers are simulation. The person is stronger than the servos, and the orthosis has no mass; docs/worn.md says what that leaves out."""
+All numbers are simulation. The person is stronger than the servos, and the orthosis has no mass; docs/wearer.md says what that leaves out."""
 
 #: When a fault of the campaign comes after the arming, s, and how long the torque is judged after it, s.
 _FAULT_AT_S, _FAULT_SHOWN_S = 7.0, 3.0
@@ -64,13 +64,13 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    names = [event.name for event in worn.events(1.0)]
+    names = [event.name for event in wearer.events(1.0)]
     parser.add_argument("--recording", metavar="FILE", default=RECORDING, help=f"with both hips and knees; without it {RECORDING}, in a clone")
     parser.add_argument("--follower", metavar="FILE", help="follower of `footfall fit --follow`; without it, fitted to the recording's left hip")
     parser.add_argument("--sensor-file", metavar="FILE", help="calibration of the sensor; without it, the published curve")
     parser.add_argument("--servo", action="append", choices=servos(), help="may be given several times (MG996R)")
     parser.add_argument("--supply", metavar="V", type=float, help="supply of the servos, V; without it, the highest of the data sheet")
-    parser.add_argument("--cuff", action="append", type=_cuff, metavar="rigid|NM_PER_RAD", help=f"may be given several times (rigid); docs/worn.md has {CUFFS_NM_RAD[0]:g}, {CUFFS_NM_RAD[1]:g} and {CUFFS_NM_RAD[2]:g}")
+    parser.add_argument("--cuff", action="append", type=_cuff, metavar="rigid|NM_PER_RAD", help=f"may be given several times (rigid); docs/wearer.md has {CUFFS_NM_RAD[0]:g}, {CUFFS_NM_RAD[1]:g} and {CUFFS_NM_RAD[2]:g}")
     parser.add_argument("--event", action="append", choices=names, help="may be given several times; all of them without it")
     parser.add_argument("--no-rail-switch", action="store_true", help="no switch of the servos' supply that the board opens when its outputs go off")
     parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits; the default robot without it")
@@ -114,7 +114,7 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError("--only and --every choose faults: allowed with --faults")
     if options.picture is not None and not os.path.isdir(os.path.dirname(os.path.abspath(options.picture))):
         raise InputError(f"--picture {options.picture}: its folder does not exist; make it first")
-    worn.readable(options.recording)
+    wearer.readable(options.recording)
 
 
 def _supply_v(options: argparse.Namespace, servo: str) -> float:
@@ -161,7 +161,7 @@ def _supplies(options: argparse.Namespace, pulses: Pulses, event: Event) -> List
 
 def _worn(options: argparse.Namespace, person: Person, event: Event, pulses: Pulses, seconds: float, case: Tuple[str, float, Optional[float]]) -> Worn:
     servo, supply_v, cuff = case
-    motion = worn.finer(person, event, seconds, cuff is not None)
+    motion = wearer.finer(person, event, seconds, cuff is not None)
     # A servo whose supply goes in a pulse takes nothing from it; one that keeps its supply takes the cut pulse for a short one.
     frames = pulses.frames + (pulses.unpowered if options.no_rail_switch else [])
     supplies = _supplies(options, pulses, event)
@@ -171,10 +171,10 @@ def _worn(options: argparse.Namespace, person: Person, event: Event, pulses: Pul
 def _events(options: argparse.Namespace) -> str:
     person = Person(options.recording)
     follower = person.fitted.generator() if options.follower is None else Generator.read(options.follower)
-    wanted = [event for event in worn.events(person.stride_s) if event.name in (options.event or [event.name]) and (options.elf or not event.inject)]
+    wanted = [event for event in wearer.events(person.stride_s) if event.name in (options.event or [event.name]) and (options.elf or not event.inject)]
     rows: Dict[str, List[Dict[str, Any]]] = {_called(*case): [] for case in _cases(options)}
     walk: Optional[Tuple[Pulses, Dict[str, Worn], float]] = None
-    walks_s = worn.seconds_of([event.name for event in wanted], wanted)
+    walks_s = wearer.seconds_of([event.name for event in wanted], wanted)
     locked: Optional[Pulses] = None
     drawn = False
     for event in wanted:
@@ -183,24 +183,24 @@ def _events(options: argparse.Namespace) -> str:
         if of_walk and walk is not None:
             pulses, all_worn, _ = walk
         else:
-            volts = worn.volts(person, _sensor_joint(follower), event, seconds, sensor=options.sensor_file)
+            volts = wearer.volts(person, _sensor_joint(follower), event, seconds, sensor=options.sensor_file)
             if options.elf is None:
-                pulses = worn.by_the_loop(follower, event, volts, robot_file=options.robot_file, sensor=options.sensor_file)
+                pulses = wearer.by_the_loop(follower, event, volts, robot_file=options.robot_file, sensor=options.sensor_file)
             else:
                 script = None if not event.inject else faults.Fault("", "", {"reset": "watchdog"}, None).script(EVENT_AT_S * 1000.0, 0.0)
                 image = _image(options, script)
                 pulses = image.run(volts, stop_at_s=EVENT_AT_S if event.stops else None)
                 if of_walk:
                     # The image does not say when it locks; the control loop, from the same volts, does.
-                    locked = worn.by_the_loop(follower, replace(event, inject=""), volts, robot_file=options.robot_file, sensor=options.sensor_file)
+                    locked = wearer.by_the_loop(follower, replace(event, inject=""), volts, robot_file=options.robot_file, sensor=options.sensor_file)
                     pulses.locked_s, pulses.locked_share = locked.locked_s, locked.locked_share
             all_worn = {_called(*case): _worn(options, person, event, pulses, seconds, case) for case in _cases(options)}
             if of_walk:
                 walk = (pulses, all_worn, seconds)
-        from_s, to_s = worn.span(event, pulses, seconds)
+        from_s, to_s = wearer.span(event, pulses, seconds)
         for case in _cases(options):
             called = _called(*case)
-            row: Dict[str, Any] = {"event": event.name, "what": event.text, "from_s": from_s, "to_s": to_s, "joints": worn.judged(all_worn[called], from_s, to_s)}
+            row: Dict[str, Any] = {"event": event.name, "what": event.text, "from_s": from_s, "to_s": to_s, "joints": wearer.judged(all_worn[called], from_s, to_s)}
             rows[called].append(row)
         if options.picture is not None and not drawn:
             drawn = True
@@ -213,8 +213,8 @@ def _events(options: argparse.Namespace) -> str:
         return json.dumps({"simulation": True, "image": options.elf is not None, "locked_s": locked_s, "bounds": bounds, "tables": rows})
     lines = [f"simulation, not shown on a robot or a person; {'flashed image' if options.elf else 'control loop'}, {options.recording}"]
     if walk is not None and walk[0].locked_s is not None:
-        lines.append(f"locked {walk[0].locked_s - worn.WALKS_AT_S:.2f} s after the person begins to walk, then for {100.0 * walk[0].locked_share:.0f} % of the time")
-    lines.append(f"force: at a cuff {LEVER_M[JOINTS[0]]:g} m from the joint; above: more than {worn.THRESHOLD_NM['hip']:g} (hip), {worn.THRESHOLD_NM['knee']:g} N m (knee)")
+        lines.append(f"locked {walk[0].locked_s - wearer.WALKS_AT_S:.2f} s after the person begins to walk, then for {100.0 * walk[0].locked_share:.0f} % of the time")
+    lines.append(f"force: at a cuff {LEVER_M[JOINTS[0]]:g} m from the joint; above: more than {wearer.THRESHOLD_NM['hip']:g} (hip), {wearer.THRESHOLD_NM['knee']:g} N m (knee)")
     for called, found in rows.items():
         servo = called.split(" ")[0]
         lines += ["", f"{called}: stall {bounds[servo]['stall_nm']:.2f} N m; at most {bounds[servo]['most_nm']:.2f} N m in this walk"]
@@ -237,8 +237,8 @@ def _sensor_joint(follower: Generator) -> str:
 
 def _bounds(person: Person, name: str, supply_v: float) -> Dict[str, float]:
     servo = Servo(name, supply_v=supply_v)
-    motion = person.move(15.0, 0.001, worn.changes_of(person, worn.events(person.stride_s)[3]))
-    return {"stall_nm": servo.stall_nm, "most_nm": max(worn.most_nm(motion, joint, servo) for joint in JOINTS)}
+    motion = person.move(15.0, 0.001, wearer.changes_of(person, wearer.events(person.stride_s)[3]))
+    return {"stall_nm": servo.stall_nm, "most_nm": max(wearer.most_nm(motion, joint, servo) for joint in JOINTS)}
 
 
 def _fault(options: argparse.Namespace, person: Person, joint: str, fault: faults.Fault) -> Dict[str, Any]:
@@ -246,7 +246,7 @@ def _fault(options: argparse.Namespace, person: Person, joint: str, fault: fault
     event, inject = Event(fault.name, fault.name, 0.0), fault.inject
     shown_s = _SENSOR_SHOWN_S if isinstance(inject, dict) and "volts" in inject else _FAULT_SHOWN_S
     seconds, late = _FAULT_AT_S + shown_s, round(_FAULT_AT_S * 1000)
-    volts = worn.volts(person, joint, event, seconds, sensor=options.sensor_file)
+    volts = wearer.volts(person, joint, event, seconds, sensor=options.sensor_file)
     # What the program that steps the board gives itself: the sensor's pin and the emergency stop.
     script: Optional[str] = fault.script(_FAULT_AT_S * 1000.0, 0.0)
     stop_at_s: Optional[float] = None
@@ -260,7 +260,7 @@ def _fault(options: argparse.Namespace, person: Person, joint: str, fault: fault
     found = {"fault": fault.name, "group": fault.group, "injected": script is None or image.injected_s is not None, "ended": image.ended}
     found.update(violations=image.violations, off_s=next((one.at_s - at_s for one in pulses.rail if one.at_s > at_s and not one.is_on), None))
     for case in _cases(options):
-        found[_called(*case)] = worn.judged(_worn(options, person, event, pulses, seconds, case), at_s, seconds)
+        found[_called(*case)] = wearer.judged(_worn(options, person, event, pulses, seconds, case), at_s, seconds)
     return found
 
 

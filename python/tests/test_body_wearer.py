@@ -15,7 +15,7 @@ from conftest import ROOT
 
 mujoco: Any = pytest.importorskip("mujoco")
 pytest.importorskip("matplotlib")
-from footfall.body import worn  # noqa: E402
+from footfall.body import wearer  # noqa: E402
 from footfall.body.cuff import DAMPING_SHARE, STEP_S, Supply, wear  # noqa: E402
 from footfall.body.drivers import Frame  # noqa: E402
 from footfall.body.person import RECORDING, STANDING_RAD, Change, Motion, Person  # noqa: E402
@@ -84,7 +84,7 @@ def test_a_limb_that_moves_against_full_drive_feels_more_than_the_stall_torque(p
     # The servo stands as the knee flexes by 60 degrees.
     found = knee(motion, frames(float(STANDING_RAD[PLACE]), 6.0))
     largest = np.abs(found.limb_nm[:, PLACE]).max()
-    assert 1.5 * MODEL.stall_nm < largest <= worn.most_nm(motion, "left_knee", MODEL)
+    assert 1.5 * MODEL.stall_nm < largest <= wearer.most_nm(motion, "left_knee", MODEL)
 
 
 def test_energy_is_kept(person: Person) -> None:
@@ -162,22 +162,22 @@ def test_the_motion_is_the_recording_and_has_its_derivatives(person: Person) -> 
     assert np.diff(ups).mean() == pytest.approx(900.0, abs=25.0)
 
 
-def event(person: Person, name: str) -> worn.Event:
-    return next(one for one in worn.events(person.stride_s) if one.name == name)
+def event(person: Person, name: str) -> wearer.Event:
+    return next(one for one in wearer.events(person.stride_s) if one.name == name)
 
 
-def of_loop(person: Person, name: str, seconds: float) -> Tuple[worn.Event, worn.Pulses]:
+def of_loop(person: Person, name: str, seconds: float) -> Tuple[wearer.Event, wearer.Pulses]:
     one = event(person, name)
-    volts = worn.volts(person, "left_hip", one, seconds)
-    return one, worn.by_the_loop(person.fitted.generator(), one, volts)
+    volts = wearer.volts(person, "left_hip", one, seconds)
+    return one, wearer.by_the_loop(person.fitted.generator(), one, volts)
 
 
 def test_the_control_loop_locks_and_its_servos_come_close(person: Person) -> None:
     one, pulses = of_loop(person, "steady", 14.0)
-    assert pulses.locked_s is not None and pulses.locked_s < worn.WALKS_AT_S + 3.5 and pulses.locked_share > 0.99
-    motion = worn.finer(person, one, 14.0, False)
+    assert pulses.locked_s is not None and pulses.locked_s < wearer.WALKS_AT_S + 3.5 and pulses.locked_share > 0.99
+    motion = wearer.finer(person, one, 14.0, False)
     found = wear(motion, pulses.frames, pulses.rail, servo=SERVO, supply_v=SUPPLY_V)
-    before, steady = (worn.judged(found, *worn.span(event(person, name), pulses, 14.0)) for name in ("before", "steady"))
+    before, steady = (wearer.judged(found, *wearer.span(event(person, name), pulses, 14.0)) for name in ("before", "steady"))
     for joint in footfall.JOINTS:
         # Pulses stand before the lock, and are the recorded angle of up to a servo frame ago after it.
         assert steady[joint]["asked_apart_rms_deg"] < 4.5 < 10.0 < before[joint]["asked_apart_rms_deg"], joint
@@ -187,10 +187,10 @@ def test_the_control_loop_locks_and_its_servos_come_close(person: Person) -> Non
 
 def test_a_stop_takes_the_torque_only_with_a_switch_in_the_supply(person: Person) -> None:
     one, pulses = of_loop(person, "estop", 12.0)
-    assert pulses.frames[-1].time_s <= worn.EVENT_AT_S and not pulses.rail[-1].is_on
-    assert pulses.rail[-1].at_s == pytest.approx(worn.EVENT_AT_S, abs=0.002)
-    motion = worn.finer(person, one, 12.0, False)
-    late = motion.time_s > worn.EVENT_AT_S + 0.06
+    assert pulses.frames[-1].time_s <= wearer.EVENT_AT_S and not pulses.rail[-1].is_on
+    assert pulses.rail[-1].at_s == pytest.approx(wearer.EVENT_AT_S, abs=0.002)
+    motion = wearer.finer(person, one, 12.0, False)
+    late = motion.time_s > wearer.EVENT_AT_S + 0.06
 
     def motor(servo: str, supply_v: float, rail: List[Supply]) -> float:
         found = wear(motion, pulses.frames, rail, servo=servo, supply_v=supply_v)
@@ -249,4 +249,4 @@ def test_the_threshold_is_a_tenth_of_what_a_person_s_leg_needs() -> None:
 
     rows, _ = by_inverse_dynamics(of_a_person(), footfall.Generator.default(), 3.0)
     for row in rows:
-        assert worn.THRESHOLD_NM[row["joint"].split("_")[1]] == pytest.approx(0.1 * row["torque_100_nm"], rel=0.02)
+        assert wearer.THRESHOLD_NM[row["joint"].split("_")[1]] == pytest.approx(0.1 * row["torque_100_nm"], rel=0.02)
