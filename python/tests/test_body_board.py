@@ -5,10 +5,11 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, List
 
 import numpy as np
 import pytest
@@ -69,3 +70,62 @@ def test_the_command_line_takes_an_image(record: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "footfall.body", *arguments], capture_output=True, text=True, timeout=300, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["all"]["runs"] == 1
+
+
+@pytest.fixture(scope="module")
+def worn_options(record: Path, tmp_path_factory: pytest.TempPathFactory) -> List[str]:
+    """Options of `worn` with the image: a follower that is fitted to the recording of the repository, and its records."""
+    folder, program = tmp_path_factory.mktemp("worn"), os.environ["FOOTFALL_BIN"]
+    follower = folder / "follower.toml"
+    footfall.fit(ROOT / "tests" / "traces" / "gaitkit_fukuchi_healthy.csv", follow="left_hip", starts=10).save(follower)
+    (folder / "sensor.toml").write_bytes(subprocess.run([program, "defaults", "sensor"], capture_output=True, check=True).stdout)
+    subprocess.run([program, "pack", str(follower), "-o", str(folder / "follower.bin")], capture_output=True, check=True)
+    sensors = ["pack", "--sensor", f"left_hip={folder / 'sensor.toml'}", "-o", str(folder / "sensors.bin")]
+    subprocess.run([program, *sensors], capture_output=True, check=True)
+    options = ["--elf", os.environ["FOOTFALL_ELF"], "--robot-record", record, "--generator-record", folder / "follower.bin"]
+    return [str(one) for one in [*options, "--sensor-record", folder / "sensors.bin", "--follower", follower]]
+
+
+def worn(*arguments: object) -> Any:
+    command = [sys.executable, "-m", "footfall.body", "worn", "--json", "--quiet", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_image_does_to_a_limb_what_the_control_loop_does(worn_options: List[str]) -> None:
+    tables = [worn("--event", "steady", "--event", "estop", *more)["tables"] for more in ([], worn_options)]
+    (loop,), (image,) = (list(table.values()) for table in tables)
+    for of_loop, of_image in zip(loop, image):
+        for joint in footfall.JOINTS:
+            for key in ("rms_nm", "p95_nm"):
+                assert of_image["joints"][joint][key] == pytest.approx(of_loop["joints"][joint][key], rel=0.03), (of_loop["event"], joint, key)
+    assert max(one["motor_until_s"] for one in image[1]["joints"].values()) <= 0.003, "the emergency stop takes the supply"
+
+
+def test_a_reset_takes_the_torque(worn_options: List[str]) -> None:
+    (table,) = worn("--event", "reset", *worn_options)["tables"].values()
+    for joint, one in table[0]["joints"].items():
+        assert one["motor_until_s"] <= 0.003 and one["p95_nm"] < 0.5, joint
+
+
+def test_faults_of_the_campaign_come_to_a_person_who_wears_it(worn_options: List[str]) -> None:
+    found = worn("--faults", "tests/campaign/faults.toml", "--only", "TIM1 PSC, bit 3", *worn_options)
+    assert found["run"] == 1 and found["faults"] > 400
+    (one,) = found["each"]
+    # A tick finds the register, and switches the supply off.
+    assert one["injected"] and one["violations"] == 0 and 0.0 < one["off_s"] < 0.005
+    (loses,) = worn("--faults", "tests/campaign/faults.toml", "--only", "loses a result", *worn_options)["each"]
+    assert loses["injected"] and loses["off_s"] is None, "it walks on"
+
+
+def test_the_bits_of_the_memory_are_those_of_the_campaign(record: Path) -> None:
+    from footfall.body import faults
+
+    elf = os.environ["FOOTFALL_ELF"]
+    names = {fault.name for fault in faults.of_file(ROOT / "tests" / "campaign" / "faults.toml", "walking", elf) if "static RAM" in fault.name}
+    options = ["--loop", "--volts", "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv", "--flash", f"0x0800C000={record}"]
+    options += ["--campaign", "tests/campaign/faults.toml", "--run", "walk", "--only", "static RAM", "--every", "40"]
+    done = subprocess.run([os.environ["FOOTFALL_VIRTUAL_BOARD"], elf, *options], capture_output=True, text=True, timeout=300, cwd=ROOT)
+    drawn = set(re.findall(r"static RAM, 0x[0-9a-f]{8} bit \d", done.stdout))
+    assert len(names) == 60 and len(drawn) > 10 and drawn <= names, done.stderr

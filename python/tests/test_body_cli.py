@@ -1,6 +1,7 @@
 """The command line ``python -m footfall.body``: what it prints, its exit codes, its errors."""
 
 import json
+import shutil
 import struct
 import subprocess
 import sys
@@ -52,12 +53,71 @@ def test_the_table_has_every_joint_and_says_that_it_is_a_simulation() -> None:
 
 def test_the_size_of_a_person_s_drive_is_that_of_the_motion() -> None:
     code, output, _ = run("size", "--robot", "person", "--secs", 2, "--json")
-    rows = json.loads(output)["joints"]
+    (found,) = json.loads(output)["runs"]
+    rows = found["joints"]
+    # No hobby servo moves such a leg.
+    assert [one["suffices"] for one in found["servos"]] == [False] * 3
     assert code == 0 and len(rows) == 4
     for row in rows:
         assert 0.0 < row["torque_95_nm"] <= row["torque_100_nm"] and 0.0 < row["speed_95_deg_s"] <= row["speed_100_deg_s"]
     # The thigh with its leg weighs 11.3 kg: its moment about the hip at the walk's 25.8 degrees is some 17 N m with the knee straight.
     assert 10.0 < rows[0]["torque_100_nm"] < 60.0
+
+
+def test_the_size_of_several_gaits_and_speeds_has_a_line_a_joint_and_says_which_servo_is_enough() -> None:
+    arguments = ["size", "--gait", "natural-walk", "--gait", "samples/generator.toml", "--speed", "0.8,1.2", "--secs", 3, "--json", "--quiet"]
+    code, output, messages = run(*arguments)
+    assert code == 0, messages
+    found = json.loads(output)["runs"]
+    assert [(one["gait"], one["speed"]) for one in found] == [
+        (gait, speed) for gait in ("natural-walk", "samples/generator.toml") for speed in (0.8, 1.2)
+    ]
+    for slow, fast in ((found[0], found[1]), (found[2], found[3])):
+        # The knees swing faster at a higher speed of the gait.
+        assert fast["joints"][2]["speed_95_deg_s"] > 1.15 * slow["joints"][2]["speed_95_deg_s"]
+        enough = {one["servo"]: one["suffices"] for one in slow["servos"]}
+        assert enough == {"SG90": False, "MG996R": True, "DS3225": True}
+    text = run(*arguments[:-2], "--quiet")[1]
+    assert text.count("right_knee") == 4 and text.count("DS3225") == 4
+
+
+def test_a_person_at_another_speed_needs_the_torque_of_the_square() -> None:
+    slow, fast = (json.loads(run("size", "--robot", "person", "--secs", 2, "--speed", speed, "--json")[1])["runs"][0] for speed in (1, 1.2))
+    for first, second in zip(slow["joints"], fast["joints"]):
+        assert second["speed_100_deg_s"] == pytest.approx(1.2 * first["speed_100_deg_s"], rel=0.01)
+        # Between gravity, which stays, and inertia, which grows with the square.
+        assert 1.0 < second["torque_100_nm"] / first["torque_100_nm"] < 1.44 * 1.3
+
+
+def test_a_robot_file_may_stand_where_a_body_does() -> None:
+    ways = [json.loads(run("--secs", 2, *robot, "--json", "--quiet")[1])["all"]["metres_mean"] for robot in (["--robot", "samples/robot.toml"], ["--robot-file", "samples/robot.toml"])]
+    assert ways[0] == ways[1]
+
+
+def test_a_run_is_a_video_of_true_time(tmp_path: Path) -> None:
+    from PIL import Image
+
+    code, _, messages = run("--secs", 1, "--gait", "python/walks/desk-boom.toml", "--picture", tmp_path / "walk.gif")
+    assert code == 0, messages
+    with Image.open(tmp_path / "walk.gif") as movie:
+        # Equal pictures, as before the first step, are one that is shown for longer.
+        shown_ms = 0
+        for number in range(movie.n_frames):  # type: ignore[attr-defined]
+            movie.seek(number)
+            shown_ms += movie.info["duration"]
+        assert shown_ms == 1000 and movie.n_frames > 10 and movie.size == (640, 480)  # type: ignore[attr-defined]
+
+
+def test_an_mp4_without_ffmpeg_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    code, output, messages = run("--secs", 1, "--picture", tmp_path / "walk.mp4")
+    assert code == 1 and output == "" and "ffmpeg" in messages and ".gif" in messages
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="no ffmpeg on the path, which writes an MP4")
+def test_a_run_is_an_mp4(tmp_path: Path) -> None:
+    code, _, messages = run("--secs", 1, "--picture", tmp_path / "walk.mp4")
+    assert code == 0 and (tmp_path / "walk.mp4").read_bytes()[4:8] == b"ftyp", messages
 
 
 @pytest.mark.parametrize(
@@ -74,6 +134,13 @@ def test_the_size_of_a_person_s_drive_is_that_of_the_motion() -> None:
         (["--push", "0.1", "--secs", "5"], "at 5 s"),
         (["--slope", "30"], "allowed is -10 to 10 deg"),
         (["size", "--picture", "walk.png"], "walk"),
+        (["--picture", "walk.jpg"], ".gif"),
+        (["--speed", "2"], "allowed is 0.5 to 1.5"),
+        (["--speed", "0.8,1"], "several are allowed with `size`"),
+        (["--gait", "natural-walk", "--gait", "human-walk"], "several are allowed with `size`"),
+        (["--robot", "missing.toml"], "missing.toml"),
+        (["--robot", "desks"], "allowed is one of desk, mini, person"),
+        (["search", "--speed", "0.8", "-o", "walk.toml"], "--speed"),
     ],
 )
 def test_wrong_input_is_exit_code_2_and_says_what_is_allowed(arguments: List[str], words: str) -> None:

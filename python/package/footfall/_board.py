@@ -339,6 +339,9 @@ def _micros(seconds: float) -> int:
 
 
 def _volts(volts: Volts) -> Dict[str, Union[float, List[float]]]:
+    # The usual case, a thousand times a second.
+    if isinstance(volts, list) and 1 <= len(volts) <= len(_SENSORS) and all(type(one) is float for one in volts):
+        return dict(zip(_SENSORS, volts))
     if isinstance(volts, Mapping):
         return {pin: [float(one) for one in np.ravel(value)] if np.ndim(value) else float(value) for pin, value in volts.items()}  # type: ignore[arg-type]
     array = np.asarray(volts, dtype=np.float64)
@@ -349,7 +352,17 @@ def _volts(volts: Volts) -> Dict[str, Union[float, List[float]]]:
     return {pin: column if len(column) == 2 else column[0] for pin, column in columns}
 
 
+#: Of a step without a servo frame, as most are: 20 ms lie between two frames.
+_NO_PULSES = Pulses(np.zeros(0), np.zeros((0, 4)), np.zeros(0, dtype=np.bool_))
+for _column in _NO_PULSES:
+    _column.flags.writeable = False
+
+
 def _step(lines: List[Dict[str, Any]]) -> Step:
+    if len(lines) == 1 and "deg" not in lines[0]:
+        (last,) = lines
+        lamps = {change["pin"]: change["on"] for change in last["lamps"]}
+        return Step(last["t_us"] / 1e6, _NO_PULSES, last["armed"], last["rail"], lamps, [], None, b"", [])
     kinds: Dict[str, List[Dict[str, Any]]] = {}
     for line in lines[:-1]:
         kinds.setdefault(line["type"], []).append(line)

@@ -8,15 +8,16 @@ import sys
 from dataclasses import replace
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
-from .. import JOINTS, Generator, certify, gaits, servos
+from .. import JOINTS, Generator, Servo, certify, servos
 from .._errors import FootfallError, InputError
-from . import picture, size
+from . import picture, report, size, wearer_cli
 from .board import BoardDriver
 from .drivers import LoopDriver
 from .gait import Gait
 from .measures import fallen, measures, together
 from .model import RIGS
-from .robots import ROBOTS, named
+from .named import named_generator
+from .robots import named
 from .search import Task, search
 from .seeds import KINDS, variation
 from .simulation import PUSH_AT_S, Body, Trace, run
@@ -28,6 +29,9 @@ _EXAMPLES = """examples:
   python -m footfall.body --rig free --secs 3 --picture fall.png
   python -m footfall.body size --gait samples/generator.toml
   python -m footfall.body size --robot person
+  python -m footfall.body size --gait natural-walk --gait human-walk --speed 0.8,1,1.2
+  python -m footfall.body worn --help
+  python -m footfall.body report --help
   python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml
 
 All numbers are simulation; docs/body.md says what each rig is honest for."""
@@ -44,6 +48,11 @@ def _number(least: float, most: float, unit: str) -> Any:
         return value
 
     return read
+
+
+def _speeds(text: str) -> List[float]:
+    # The range of the board's own setting.
+    return [_number(0.5, 1.5, "")(one) for one in text.split(",")]
 
 
 def _whole(least: int, most: int) -> Any:
@@ -76,14 +85,25 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("command", nargs="?", choices=("walk", "size", "search"), default="walk", help="walk (if it is not given), size or search")
+    parser.add_argument("command", nargs="?", choices=("walk", "size", "search"), default="walk", help="walk (if it is not given), size or search; worn and report have options of their own")
     parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
-    parser.add_argument("--robot", choices=sorted(ROBOTS), default="desk", help="desk: 1.2 kg (the default); mini: 0.3 kg; person: 70 kg, size only")
-    parser.add_argument("--gait", metavar="FILE|NAME", help="generator file, as `footfall fit` writes it, or a gait's name; without it, the default walk")
+    parser.add_argument(
+        "--robot",
+        default="desk",
+        metavar="NAME|FILE",
+        help="a body: desk, 1.2 kg (the default); mini, 0.3 kg; person, 70 kg, size only. A name that ends with .toml is a robot file, as with --robot-file",
+    )
+    parser.add_argument(
+        "--gait",
+        metavar="FILE|NAME",
+        action="append",
+        help="generator file, as `footfall fit` writes it, or a gait's name; without it, the default walk; with size it may be given several times",
+    )
+    parser.add_argument("--speed", metavar="X,...", type=_speeds, help="factor on the speed of the gait, 0.5 to 1.5 (1); with size several, such as 0.8,1,1.2")
     parser.add_argument("--elf", metavar="ELF", help="an image on the virtual board; without it, the control loop in this process")
     parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it")
     parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; without it, its default walk")
-    parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits; the default robot without it")
+    parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits of the body; the default robot without it")
     parser.add_argument("--servo", choices=servos(), help="servo of all joints; that of the robot without it")
     parser.add_argument("--supply", metavar="V", type=_number(0.0, 30.0, " V"), help="supply of the servos, V; that of the robot without it")
     parser.add_argument("--secs", metavar="S", type=_number(1.0, 600.0, " s"), default=10.0, help="from the first servo pulse on, s (10)")
@@ -97,16 +117,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--slope", metavar="DEG", type=_number(-10.0, 10.0, " deg"), default=0.0, help="of the floor, upwards, beside that of the seeds")
     parser.add_argument("--push", metavar="NS", type=_number(-10.0, 10.0, " N s"), default=0.0, help="push at the trunk, forwards, for 0.1 s at 5 s")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--picture", metavar="FILE.png", help="write the first run as a strip of stick figures")
+    parser.add_argument("--picture", metavar="FILE", help="write the first run: .png a strip of stick figures, .gif and .mp4 a video")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     return parser
-
-
-def _generator(gait: Optional[str]) -> Generator:
-    if gait is None:
-        return Generator.default()
-    # The gaits' own networks run on no board; their shape does.
-    return Gait.of(Generator.gait(gait)).generator() if gait in gaits() else Generator.read(gait)
 
 
 def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
@@ -124,7 +137,7 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
             robot_file=options.robot_file,
         )
         if options.elf is None:
-            driver = LoopDriver(_generator(options.gait), robot=options.robot_file)
+            driver = LoopDriver(named_generator(options.gait), robot=options.robot_file, speed=options.speed)
             trace, stopped = run(body, driver, options.secs, seed=seed, until=fallen, push_ns=options.push), driver.stopped
         else:
             with BoardDriver(options.elf, robot=options.robot_record, generator=options.generator_record) as board:
@@ -162,31 +175,39 @@ def _walk(options: argparse.Namespace) -> str:
     runs = _runs(options)
     if options.picture is not None:
         title = f"{options.robot} on rig {options.rig}, {options.gait or 'default walk'}, seed {runs[0][1]['seed']}"
-        picture.strip(runs[0][0], options.picture, title)
+        picture.draw(runs[0][0], options.picture, title)
     found = together([one for _, one in runs])
     if options.json:
         return json.dumps({"simulation": True, "rig": options.rig, "robot": options.robot, "all": found, "each": [one for _, one in runs]})
     return "\n".join(_table(found))
 
 
-def _size(options: argparse.Namespace) -> str:
+def _size(options: argparse.Namespace, asked_gaits: Sequence[Optional[str]], speeds: Sequence[float]) -> str:
     if options.picture is not None:
         raise InputError("--picture: `size` has none; allowed with `walk`")
-    robot = named(options.robot)
-    if robot.servo or options.servo:
-        rows = size.of_traces([trace for trace, _ in _runs(options)])
-        how = f"rig {options.rig}, with servos"
-    else:
-        rows = size.by_inverse_dynamics(robot, _generator(options.gait), options.secs)
-        how = "legs that hang and move along the gait, without servos"
+    robot, found = named(options.robot), []
+    for gait in asked_gaits:
+        for speed in speeds:
+            one = argparse.Namespace(**{**vars(options), "gait": gait, "speed": speed})
+            if robot.servo or options.servo:
+                rows = size.of_traces([trace for trace, _ in _runs(one)])
+                choice = [] if options.elf else [_with_servo(one, name) for name in servos()]
+            else:
+                rows, choice = size.by_inverse_dynamics(robot, named_generator(gait, speed), options.secs)
+            found.append({"gait": gait or "default walk", "speed": speed, "joints": rows, "servos": choice})
+    by_servos = bool(robot.servo or options.servo)
+    how = f"rig {options.rig}, with servos" if by_servos else "legs that hang and move along the gait, without servos"
     if options.json:
-        return json.dumps({"simulation": True, "robot": options.robot, "how": how, "joints": rows})
-    lines = [f"{options.robot}, {how}; enough for 95 and for 100 % of the time; simulation", f"{'':12}{'torque N m':>18}{'speed deg/s':>18}"]
-    lines.append(f"{'':12}{'95 %':>9}{'100 %':>9}{'95 %':>9}{'100 %':>9}")
-    for row in rows:
-        torques = f"{row['torque_95_nm']:9.3f}{row['torque_100_nm']:9.3f}"
-        lines.append(f"{row['joint']:12}{torques}{row['speed_95_deg_s']:9.0f}{row['speed_100_deg_s']:9.0f}")
-    return "\n".join(lines)
+        return json.dumps({"simulation": True, "robot": options.robot, "how": how, "runs": found})
+    return "\n".join([f"{options.robot}, {how}; enough for 95 and for 100 % of the time; simulation", *size.table(found)])
+
+
+def _with_servo(options: argparse.Namespace, servo: str) -> Dict[str, Any]:
+    """How the same body walks with another class of servos, at its highest supply: its masses stay."""
+    supply_v = Servo(servo, supply_v=0.0).supply_range_v[1]
+    one = argparse.Namespace(**{**vars(options), "servo": servo, "supply": supply_v, "quiet": True})
+    runs = _runs(one)
+    return size.suffices(Servo(servo, supply_v=supply_v), [trace for trace, _ in runs], together([measured for _, measured in runs]))
 
 
 def _search(options: argparse.Namespace) -> Tuple[str, bool]:
@@ -194,7 +215,7 @@ def _search(options: argparse.Namespace) -> Tuple[str, bool]:
     values = {name: value if getattr(options, name) is None else getattr(options, name) for name, (_, value, _, _) in _SEARCH.items()}
     seeds, step = options.seeds or 2, options.step or 1.0
     task = Task(options.robot, options.rig, options.kind, options.secs, options.robot_file, options.servo, options.supply)
-    start = Gait.of(_generator(options.gait))
+    start = Gait.of(named_generator(options.gait))
     found = search(task, start, seeds=seeds, step=step, progress=not options.quiet, **values)
     settings = (
         f"robot {options.robot}, rig {options.rig}, {options.kind} seeds, {options.secs:g} s, from {options.gait or 'the default walk'}: "
@@ -217,14 +238,27 @@ def _error(text: str) -> None:
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Runs the command line and returns its exit code; no unit."""
-    options = _parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    if given[:1] == ["worn"]:
+        return wearer_cli.main(given[1:])
+    if given[:1] == ["report"]:
+        return report.main(given[1:])
+    options = _parser().parse_args(given)
     try:
         if options.picture is not None and not os.path.isdir(os.path.dirname(os.path.abspath(options.picture))):
             raise InputError(f"--picture {options.picture}: its folder does not exist; make it first")
+        if options.picture is not None:
+            picture.writer(options.picture)
+        if options.robot.endswith(".toml") and options.robot_file is None:
+            options.robot, options.robot_file = "desk", options.robot
+        asked_gaits, speeds = options.gait or [None], options.speed or [1.0]
+        if options.command != "size" and (len(asked_gaits) > 1 or len(speeds) > 1):
+            raise InputError(f"--{'gait' if len(asked_gaits) > 1 else 'speed'}: several are allowed with `size`")
+        options.gait, options.speed = asked_gaits[0], speeds[0]
         if options.elf is None and (options.robot_record or options.generator_record):
             raise InputError("--robot-record and --generator-record are of an image: allowed with --elf; without it, --robot-file and --gait")
-        if options.elf is not None and options.gait:
-            raise InputError("--gait is of the control loop in this process: with --elf it is --generator-record, which `footfall pack` writes")
+        if options.elf is not None and (options.gait or options.speed != 1.0):
+            raise InputError("--gait and --speed are of the control loop in this process: with --elf the gait is --generator-record, which `footfall pack` writes")
         if options.elf is not None and not options.robot_record:
             raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         # Such an option given to another command would do nothing.
@@ -235,6 +269,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise InputError(f"--push: it comes at {PUSH_AT_S:g} s; allowed with --secs above that")
         if options.command == "search":
             refused = [f"--{name.replace('_', '-')}" for name in ("elf", "picture", "json", "slope", "push") if getattr(options, name)]
+            refused += ["--speed"] if options.speed != 1.0 else []
             if refused:
                 raise InputError(f"{refused[0]}: `search` has none; allowed with `walk`, once the gait is found")
             if options.output is None or not os.path.isdir(os.path.dirname(os.path.abspath(options.output))):
@@ -242,7 +277,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             text, may_be_used = _search(options)
             print(text)
             return 0 if may_be_used else 1
-        print(_size(options) if options.command == "size" else _walk(options))
+        print(_size(options, asked_gaits, speeds) if options.command == "size" else _walk(options))
         sys.stdout.flush()
     except BrokenPipeError:
         # Nobody reads on, as with `head`: no error of the run. The flush at the interpreter's end would report it once more.

@@ -5,7 +5,7 @@ from typing import List, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 
-from .. import Generator, JointLoop
+from .. import FollowStatus, Generator, JointLoop
 from .._errors import FootfallError, InputError
 
 Path = Union[str, "os.PathLike[str]"]
@@ -33,8 +33,8 @@ class Driver(Protocol):
 class LoopDriver:
     """The control loop of the boards, computed by this package: the same setpoints and pulses as the board's, bit for bit.
 
-    ``generator``: the default walk without it; ``robot``: a robot file; ``sensors``: pairs of a joint and its sensor file, as for ``JointLoop``. The
-    servo frames have the board's 20 ms.
+    ``generator``: the default walk without it; ``robot``: a robot file; ``sensors``: pairs of a joint and its sensor file, as for ``JointLoop``.
+    ``speed``: factor on the speed of the gait, 0.5 to 1.5, which a host sets before the arming. The servo frames have the board's 20 ms.
     """
 
     #: Volts of the board's supply and the converter's reading of its reference at it, for the typical factory code of 1502 at 3.3 V.
@@ -52,7 +52,9 @@ class LoopDriver:
         *,
         robot: Optional[Path] = None,
         sensors: Optional[Sequence[Tuple[str, Optional[Path]]]] = None,
+        speed: float = 1.0,
     ) -> None:
+        self._request = None if speed == 1.0 else f"1 set speed {speed:g}"
         self._loop = JointLoop(generator, robot=robot, sensors=sensors)
         self._ticks = self._limited = 0
         self._first: Optional[int] = None
@@ -61,7 +63,10 @@ class LoopDriver:
         """One control period; a servo frame if one ends in it."""
         codes = [min(4095, max(0, int(volt / self._SUPPLY_V * 4096.0))) for volt in volts]
         clock = self._WATCHDOG_HZ if self._ticks == 0 else None
-        tick = self._loop.tick(codes, self._VREFINT, button=button, faults=["break_input"] if stop else [], watchdog_hz=clock)
+        # A host's request comes with one tick, here the first.
+        request = self._request if self._ticks == 0 else None
+        faults = ["break_input"] if stop else []
+        tick = self._loop.tick(codes, self._VREFINT, button=button, faults=faults, watchdog_hz=clock, request=request)
         self._ticks += 1
         pulses = tick.pulses_us
         if not pulses[0]:
@@ -88,17 +93,22 @@ class LoopDriver:
                 return [frame]
         raise FootfallError(f"the control loop does not arm: its state is {self._loop.state}, the cause {self._loop.cause}")
 
-    def step(self, us: int, volts: Sequence[float]) -> List[Frame]:
-        """Goes on for a time, us, a whole number of control periods; V at the sensors."""
+    def step(self, us: int, volts: Sequence[float], *, stop: bool = False) -> List[Frame]:
+        """Goes on for a time, us, a whole number of control periods; V at the sensors. ``stop``: the emergency stop is pressed."""
         if us <= 0 or us % 1000:
             raise InputError(f"us = {us}: allowed is a whole number of milliseconds, 1000 or more")
-        frames = (self._tick(volts) for _ in range(us // 1000))
+        frames = (self._tick(volts, stop=stop) for _ in range(us // 1000))
         return [frame for frame in frames if frame is not None]
 
     @property
     def limited_share(self) -> float:
         """Share of the control periods since arming in which the gate changed a setpoint; no unit."""
         return 0.0 if self._first is None else self._limited / (self._ticks - self._first + 1)
+
+    @property
+    def follow_status(self) -> Optional[FollowStatus]:
+        """The tracking of a follower; ``None`` for other generators. No unit."""
+        return self._loop.last.follow_status
 
     @property
     def stopped(self) -> Optional[str]:

@@ -31,5 +31,5 @@ class Sensors:
     def volts(self, angles_rad: Sequence[float]) -> List[float]:
         """Volts of each sensor, V, at the angles of the four joints, rad."""
         noise = self._noise.normal(0.0, NOISE_V, len(self._places))
-        pairs = zip(self._places, self._tables, noise)
-        return [float(np.interp(angles_rad[place], _TABLE_RAD, table) + shake) for place, table, shake in pairs]
+        pairs = zip(self._places, self._tables, noise.tolist())
+        return [float(np.interp(angles_rad[place], _TABLE_RAD, table)) + shake for place, table, shake in pairs]

@@ -3,7 +3,7 @@
 import math
 import os
 from dataclasses import dataclass
-from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -79,6 +79,13 @@ class _Mounted:
         return self.at_neutral_rad + (us - self.neutral_us) / self.us_per_rad
 
 
+def mounted(name: str, supply_v: float, one: Dict[str, float], variation: Variation, trim_rad: float) -> _Mounted:
+    """A servo by its name at a supply, V, on a joint with this entry of the servo map, as ``footfall.robot()`` gives it, and an error of its neutral, rad."""
+    scale = one["us_per_rad"]
+    built = Servo(name, supply_v=supply_v, us_per_rad=abs(scale), band_deg=variation.band_deg, stall_factor=variation.stall_factor)
+    return _Mounted(built, one["neutral_us"], one["at_neutral_rad"], scale, trim_rad, math.copysign(1.0, scale))
+
+
 class Body:
     """A robot on a rig, with servos at its joints. ``robot_file``: servo map and limits; ``servo``: another one than the robot's, by name."""
 
@@ -101,13 +108,7 @@ class Body:
         volts = robot.supply_v if supply_v is None else supply_v
         self.servos: List[_Mounted] = []
         for place, joint in enumerate(JOINTS):
-            one = maps[joint]
-            built = Servo(
-                name, supply_v=volts, us_per_rad=abs(one["us_per_rad"]), band_deg=variation.band_deg, stall_factor=variation.stall_factor
-            )
-            trim = math.radians(variation.trim_deg[place])
-            sign = math.copysign(1.0, one["us_per_rad"])
-            self.servos.append(_Mounted(built, one["neutral_us"], one["at_neutral_rad"], one["us_per_rad"], trim, sign))
+            self.servos.append(mounted(name, volts, maps[joint], variation, math.radians(variation.trim_deg[place])))
         self.robot, self.rig, self.step_s = robot, rig, step_s
         first = self.servos[0].servo
         self._friction_nm, self._rotor = first.friction_nm, first.rotor_kg_m2
@@ -119,6 +120,9 @@ class Body:
         self._angles = np.array([joint.qposadr[0] for joint in joints])
         self._speeds = np.array([joint.dofadr[0] for joint in joints])
         self._feet = [self.model.body(f"{side}_shank").id for side in ("left", "right")]
+        # Place of the foot of each geom; the floor, which is of no foot, adds nothing.
+        self._foot_of = [self._feet.index(one) if one in self._feet else 0 for one in self.model.geom_bodyid.tolist()]
+        self._force, self._jacobian, self._rub = np.zeros(6), np.zeros((3, self.model.nv)), np.zeros(self.model.nv)
         free = {"hung": (), "boom": ("x", "z"), "free": ("x", "z", "pitch")}[rig]
         self._trunk = {name: self.model.joint(name).qposadr[0] for name in free}
         pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
@@ -156,7 +160,8 @@ class Body:
         module.mj_step(self.model, data)
         # Rows of the constraints: equality, friction, then limits and contacts.
         rows = slice(data.ne, data.ne + data.nf)
-        rub = np.zeros(self.model.nv)
+        rub = self._rub
+        rub[:] = 0.0
         rub[data.efc_id[rows]] = data.efc_force[rows]
         return motor, motor + rub[self._speeds] - self._rotor * data.qacc[self._speeds]
 
@@ -164,14 +169,15 @@ class Body:
         """Normal force (N) of each foot, and the way (m) that its lowest point slid in the last step if it is loaded."""
         data, module = self.data, self._module
         load, slide, deepest = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
-        force, jacobian = np.zeros(6), np.zeros((3, self.model.nv))
+        force, jacobian = self._force, self._jacobian
         for index in range(data.ncon):
             contact = data.contact[index]
-            foot = self._feet.index(int(max(self.model.geom_bodyid[contact.geom])))
+            foot = self._foot_of[int(contact.geom1)] + self._foot_of[int(contact.geom2)]
             module.mj_contactForce(self.model, data, index, force)
             load[foot] += float(force[0])
-            if force[0] > 0.0 and float(contact.dist) < deepest[foot]:
-                deepest[foot] = float(contact.dist)
+            dist = float(contact.dist)
+            if force[0] > 0.0 and dist < deepest[foot]:
+                deepest[foot] = dist
                 module.mj_jac(self.model, data, jacobian, None, contact.pos, self._feet[foot])
                 slide[foot] = abs(float(jacobian[0] @ data.qvel)) * self.step_s
         return load, slide
