@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from .. import JOINTS, Generator, certify, gaits, servos
 from .._errors import FootfallError, InputError
-from . import picture, size
+from . import feedback, picture, size
 from .board import BoardDriver
 from .drivers import LoopDriver
 from .gait import Gait
@@ -70,15 +70,19 @@ _SEARCH: Dict[str, Tuple[str, int, int, int]] = {
 }
 
 
+_COMMANDS = "walk (if it is not given), size, search, or feedback: pushes and slopes that robots stand free in the plane, with and without feedback"
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m footfall.body",
-        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast servos have to be.",
+        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast servos have to be, "
+        "`search` finds a gait, `feedback` tries laws that change it.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("command", nargs="?", choices=("walk", "size", "search"), default="walk", help="walk (if it is not given), size or search")
+    parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback"), default="walk", help=_COMMANDS)
     parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
     parser.add_argument("--robot", choices=sorted(ROBOTS), default="desk", help="desk: 1.2 kg (the default); mini: 0.3 kg; person: 70 kg, size only")
     parser.add_argument("--gait", metavar="FILE|NAME", help="generator file, as `footfall fit` writes it, or a gait's name; without it, the default walk")
@@ -250,6 +254,26 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
     return "\n".join(lines), certificate.status == "accepted" and bool(certificate.walks) and not found.hold_nm
 
 
+def _feedback(options: argparse.Namespace) -> str:
+    """The table of what robots stand with each law; 50 of them without `--seeds`."""
+    robot, gait, seeds = named(options.robot), Gait.of(_generator(options.gait)), range(1, (options.seeds or 50) + 1)
+    heel = feedback.heel_phase(gait, robot, options.robot_file)
+    rows = []
+    for name, law in feedback.LAWS.items():
+        stood = feedback.limits(gait, robot, options.robot_file, law, seeds, options.kind, heel_cycles=heel, seconds=options.secs)
+        rows.append({"law": name, **{what: feedback.interval(values) for what, values in vars(stood).items()}})
+        if not options.quiet:
+            print(f"law {len(rows)} of {len(feedback.LAWS)}: {name}", file=sys.stderr, flush=True)
+    if options.json:
+        return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": rows})
+    lines = [f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s; mean (95 % interval, bootstrap); simulation, not shown on a robot"]
+    lines.append(f"{'':24}{'push forwards N s':>22}{'backwards N s':>22}{'slope up deg':>22}{'down deg':>22}")
+    for row in rows:
+        cells = [row[what] for what in ("forwards_ns", "backwards_ns", "up_deg", "down_deg")]
+        lines.append(f"{row['law']:24}" + "".join(f"{f'{mean:.2f} ({low:.2f} to {high:.2f})':>22}" for mean, low, high in cells))
+    return "\n".join(lines)
+
+
 def _error(text: str) -> None:
     print(f"error: {text}", file=sys.stderr)
 
@@ -272,6 +296,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise InputError(f"--{only[0].replace('_', '-')}: allowed with `search`")
         if options.push and options.secs <= PUSH_AT_S:
             raise InputError(f"--push: it comes at {PUSH_AT_S:g} s; allowed with --secs above that")
+        if options.command == "feedback":
+            refused = [name for name in ("elf", "picture", "slope", "push", "servo", "supply") if getattr(options, name)]
+            if refused:
+                raise InputError(f"--{refused[0]}: `feedback` has none; it is free in the plane, and pushes and slopes are its own")
+            if not (options.gait and options.robot_file):
+                raise InputError("feedback needs --gait and --robot-file: a gait that walks free in the plane, and the robot file with its park pose")
+            print(_feedback(options))
+            return 0
         if options.command == "search":
             in_plane = options.rig == "free"
             none = ("elf", "picture", "json") if in_plane else ("elf", "picture", "json", "slope", "push")

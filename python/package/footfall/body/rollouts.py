@@ -52,8 +52,11 @@ class Ride:
     """Stiffness of a spring that holds the lean of a body on the rig ``free``, with a damper, N m for 1 rad."""
 
 
-def _model(ride: Ride, module: Any) -> Any:
-    """The model of a body with two actuators for each servo, one beyond either edge of its dead band, and one for the push."""
+def model(ride: Ride, module: Any, *, foot: bool = False) -> Any:
+    """The model of a body with two actuators for each servo, one beyond either edge of its dead band, and one for the push.
+
+    ``foot``: with a sensor of the normal force at the left foot, N.
+    """
     body = ride.body
     spec = module.MjSpec.from_string(body.text)
     trunk = spec.body("trunk")
@@ -69,13 +72,19 @@ def _model(ride: Ride, module: Any) -> Any:
             one.forcerange = sorted((0.0, side * mounted.servo.stall_nm))
     push = spec.add_actuator(name="push", target="push", refsite="floor", trntype=module.mjtTrn.mjTRN_SITE)
     push.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    model = spec.compile()
+    if foot:
+        arc = body.robot.foot
+        middle = [arc.forward_m, 0.0, arc.radius_m - body.robot.shank.length_m]
+        # Contacts within a ball about the middle of the arc, and a little beyond it.
+        spec.body("left_shank").add_site(name="left_foot", pos=middle, size=[1.2 * arc.radius_m] * 3)
+        spec.add_sensor(name="left_foot", type=module.mjtSensor.mjSENS_TOUCH, objtype=module.mjtObj.mjOBJ_SITE, objname="left_foot")
+    built = spec.compile()
     for place, mounted in zip(body.speed_places, body.servos):
-        model.dof_damping[place] = mounted.servo.stall_nm / mounted.servo.no_load_rad_s
+        built.dof_damping[place] = mounted.servo.stall_nm / mounted.servo.no_load_rad_s
     if ride.hold_nm and body.rig == "free":
-        lean = model.joint("pitch")
+        lean = built.joint("pitch")
         lean.stiffness, lean.damping = ride.hold_nm, ride.hold_nm * _HOLD_DAMPING_S
-    return model
+    return built
 
 
 def _controls(ride: Ride, ticks: int) -> Floats:
@@ -97,14 +106,14 @@ def outcomes(rides: Sequence[Ride], seconds: float) -> List[Outcome]:
     """The outcome of each of some runs of a time, s, on one kind of rig, ``boom`` or ``free``."""
     module, rollout = import_module("mujoco"), import_module("mujoco.rollout")
     ticks = round(seconds * 1000.0)
-    models = [_model(ride, module) for ride in rides]
+    models = [model(ride, module) for ride in rides]
     full = module.mjtState.mjSTATE_FULLPHYSICS
     states = np.zeros((len(rides), module.mj_stateSize(models[0], full)))
     data = module.MjData(models[0])
-    for state, model, ride in zip(states, models, rides):
-        module.mj_resetData(model, data)
+    for state, one, ride in zip(states, models, rides):
+        module.mj_resetData(one, data)
         data.qpos[:] = ride.body.data.qpos
-        module.mj_getState(model, data, state, full)
+        module.mj_getState(one, data, state, full)
     controls = np.array([_controls(ride, ticks) for ride in rides])
     # A state is the time, then positions and speeds.
     first = rides[0].body
