@@ -159,6 +159,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "python -m footfall.body --rig boom --gait samples/generator.toml",
             "python -m footfall.body size --robot person",
             "python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml",
+            "python -m footfall.body search --rig free --gait natural-walk --robot-file robot.toml --seeds 4 -o free.toml --robot-output free-robot.toml",
+            "python -m footfall.body feedback --gait free.toml --robot-file free-robot.toml",
             "python -m footfall.body --help",
             "python -m footfall.body --elf firmware.elf --robot-record robot.bin",
         ],
