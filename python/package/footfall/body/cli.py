@@ -10,13 +10,15 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from .. import JOINTS, Generator, Servo, certify, servos
 from .._errors import FootfallError, InputError
-from . import picture, report, size, wearer_cli
+from . import feedback, picture, report, size, wearer_cli
 from .board import BoardDriver
 from .drivers import LoopDriver
 from .gait import Gait
 from .measures import fallen, measures, together
 from .model import RIGS
 from .named import named_generator
+from .plane import Plane
+from .plane import search as search_plane
 from .robots import named
 from .search import Task, search
 from .seeds import KINDS, variation
@@ -77,15 +79,22 @@ _SEARCH: Dict[str, Tuple[str, int, int, int]] = {
 }
 
 
+_COMMANDS = (
+    "walk (if it is not given), size, search, or feedback: pushes and slopes that robots stand free in the plane, with and without feedback; "
+    "worn and report have options of their own"
+)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m footfall.body",
-        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast servos have to be.",
+        description="Runs a simulated biped whose servos the control loop of the boards drives. `size` says how strong and fast servos have to be, "
+        "`search` finds a gait, `feedback` tries laws that change it.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("command", nargs="?", choices=("walk", "size", "search"), default="walk", help="walk (if it is not given), size or search; worn and report have options of their own")
+    parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback"), default="walk", help=_COMMANDS)
     parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
     parser.add_argument(
         "--robot",
@@ -113,6 +122,9 @@ def _parser() -> argparse.ArgumentParser:
     of_search.add_argument("-o", "--output", metavar="FILE", help="generator file that it writes")
     for option, (what, value, least, most) in _SEARCH.items():
         of_search.add_argument(f"--{option}", metavar="N", type=_whole(least, most), help=f"{what} ({value})")
+    of_search.add_argument("--robot-output", metavar="FILE", help="free: robot file that it writes, --robot-file with the park pose of the gait")
+    hold = "free: first stiffness of the spring at the lean, N m for 1 rad (6)"
+    of_search.add_argument("--hold", metavar="NM", type=_number(0.0, 100.0, " N m"), help=hold)
     of_search.add_argument("--step", metavar="X", type=_number(0.01, 10.0, ""), help="first step, as a factor of 0.08 s and 2 to 4 deg (1)")
     parser.add_argument("--slope", metavar="DEG", type=_number(-10.0, 10.0, " deg"), default=0.0, help="of the floor, upwards, beside that of the seeds")
     parser.add_argument("--push", metavar="NS", type=_number(-10.0, 10.0, " N s"), default=0.0, help="push at the trunk, forwards, for 0.1 s at 5 s")
@@ -214,6 +226,8 @@ def _search(options: argparse.Namespace) -> Tuple[str, bool]:
     """The text to print, and whether the gait may be used."""
     values = {name: value if getattr(options, name) is None else getattr(options, name) for name, (_, value, _, _) in _SEARCH.items()}
     seeds, step = options.seeds or 2, options.step or 1.0
+    if options.rig == "free":
+        return _search_plane(options, values, seeds, step)
     task = Task(options.robot, options.rig, options.kind, options.secs, options.robot_file, options.servo, options.supply)
     start = Gait.of(named_generator(options.gait))
     found = search(task, start, seeds=seeds, step=step, progress=not options.quiet, **values)
@@ -230,6 +244,58 @@ def _search(options: argparse.Namespace) -> Tuple[str, bool]:
     lines += [f"  {reason.because}" for reason in certificate.reasons]
     lines.append(f"try it on other robots: python -m footfall.body --rig {options.rig} --gait {options.output} --seeds 20")
     return "\n".join(lines), certificate.status == "accepted" and bool(certificate.walks)
+
+
+def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: int, step: float) -> Tuple[str, bool]:
+    """The same free in the plane, where the park pose is searched too."""
+    with open(options.robot_file, encoding="utf-8") as file:
+        robot_text = file.read()
+    hold_nm = 6.0 if options.hold is None else options.hold
+    plane = Plane(
+        options.robot, options.kind, options.secs, robot_text, abs(options.push), abs(options.slope), hold_nm, options.servo, options.supply
+    )
+    start = Gait.of(named_generator(options.gait))
+    found = search_plane(plane, start, seeds=seeds, step=step, progress=not options.quiet, **values)
+    settings = (
+        f"robot {options.robot}, rig free, {options.kind} seeds, {options.secs:g} s, pushes to {abs(options.push):g} N s, slopes to "
+        f"{abs(options.slope):g} deg, spring {hold_nm:g} N m, from {options.gait or 'the default walk'} and {options.robot_file}: "
+        f"{values['generations']} generations of {values['candidates']} candidates on {seeds} robots, step {step:g}, random {values['random']}"
+    )
+    text = found.gait.text(settings)
+    for name, content in ((options.output, text), (options.robot_output, found.robot_text)):
+        with open(name, "w", encoding="utf-8", newline="\n") as file:
+            file.write(content)
+    certificate = certify(Generator.parse(text), robot=options.robot_output)
+    result = f"cost {found.cost:.3f} (minus the speed in m/s, plus falls), {found.falls} of {found.compared} fall; simulation"
+    lines = [f"{found.runs} runs of {options.secs:g} s, {result}"]
+    if found.hold_nm:
+        lines.append(f"a spring of {found.hold_nm:.2f} N m still holds the lean: it does not walk free yet; go on with --gait {options.output}")
+    walks = "walks" if certificate.walks else f"does not walk: {certificate.walks_why_not}"
+    lines.append(f"wrote {options.output} and {options.robot_output}: {certificate.status}, {walks}")
+    lines += [f"  {reason.because}" for reason in certificate.reasons]
+    files = f"--gait {options.output} --robot-file {options.robot_output}"
+    lines.append(f"try it on other robots: python -m footfall.body --rig free {files} --seeds 20")
+    return "\n".join(lines), certificate.status == "accepted" and bool(certificate.walks) and not found.hold_nm
+
+
+def _feedback(options: argparse.Namespace) -> str:
+    """The table of what robots stand with each law; 50 of them without `--seeds`."""
+    robot, gait, seeds = named(options.robot), Gait.of(named_generator(options.gait)), range(1, (options.seeds or 50) + 1)
+    heel = feedback.heel_phase(gait, robot, options.robot_file)
+    rows = []
+    for name, law in feedback.LAWS.items():
+        stood = feedback.limits(gait, robot, options.robot_file, law, seeds, options.kind, heel_cycles=heel, seconds=options.secs)
+        rows.append({"law": name, **{what: feedback.interval(values) for what, values in vars(stood).items()}})
+        if not options.quiet:
+            print(f"law {len(rows)} of {len(feedback.LAWS)}: {name}", file=sys.stderr, flush=True)
+    if options.json:
+        return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": rows})
+    lines = [f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s; mean (95 % interval, bootstrap); simulation, not shown on a robot"]
+    lines.append(f"{'':24}{'push forwards N s':>22}{'backwards N s':>22}{'slope up deg':>22}{'down deg':>22}")
+    for row in rows:
+        cells = [row[what] for what in ("forwards_ns", "backwards_ns", "up_deg", "down_deg")]
+        lines.append(f"{row['law']:24}" + "".join(f"{f'{mean:.2f} ({low:.2f} to {high:.2f})':>22}" for mean, low, high in cells))
+    return "\n".join(lines)
 
 
 def _error(text: str) -> None:
@@ -262,18 +328,33 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.elf is not None and not options.robot_record:
             raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         # Such an option given to another command would do nothing.
-        only = [name for name in (*_SEARCH, "output", "step") if getattr(options, name) is not None]
+        only = [name for name in (*_SEARCH, "output", "step", "robot_output", "hold") if getattr(options, name) is not None]
         if options.command != "search" and only:
-            raise InputError(f"--{only[0]}: allowed with `search`")
+            raise InputError(f"--{only[0].replace('_', '-')}: allowed with `search`")
         if options.push and options.secs <= PUSH_AT_S:
             raise InputError(f"--push: it comes at {PUSH_AT_S:g} s; allowed with --secs above that")
+        if options.command == "feedback":
+            refused = [name for name in ("elf", "picture", "slope", "push", "servo", "supply") if getattr(options, name)]
+            if refused:
+                raise InputError(f"--{refused[0]}: `feedback` has none; it is free in the plane, and pushes and slopes are its own")
+            if not (options.gait and options.robot_file):
+                raise InputError("feedback needs --gait and --robot-file: a gait that walks free in the plane, and the robot file with its park pose")
+            print(_feedback(options))
+            return 0
         if options.command == "search":
-            refused = [f"--{name.replace('_', '-')}" for name in ("elf", "picture", "json", "slope", "push") if getattr(options, name)]
+            in_plane = options.rig == "free"
+            none = ("elf", "picture", "json") if in_plane else ("elf", "picture", "json", "slope", "push")
+            refused = [f"--{name.replace('_', '-')}" for name in none if getattr(options, name)]
             refused += ["--speed"] if options.speed != 1.0 else []
             if refused:
                 raise InputError(f"{refused[0]}: `search` has none; allowed with `walk`, once the gait is found")
             if options.output is None or not os.path.isdir(os.path.dirname(os.path.abspath(options.output))):
                 raise InputError("search needs -o FILE in a folder that exists: the generator file that it writes")
+            folder = os.path.dirname(os.path.abspath(options.robot_output or ""))
+            if in_plane and not (options.robot_file and options.robot_output and os.path.isdir(folder)):
+                raise InputError("search --rig free needs --robot-file FILE, from whose park pose it begins, and --robot-output FILE in a folder that exists")
+            if not in_plane and (options.robot_output or options.hold is not None):
+                raise InputError("--robot-output, --hold: allowed with --rig free, where the park pose is searched and a spring holds the lean")
             text, may_be_used = _search(options)
             print(text)
             return 0 if may_be_used else 1

@@ -1,6 +1,7 @@
 """What drives the servos: volts of the sensors in, servo frames out, one control period at a time."""
 
 import os
+from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
@@ -28,6 +29,16 @@ class Driver(Protocol):
 
     def step(self, us: int, volts: Sequence[float]) -> List[Frame]:
         """Goes on for a time, us, with these volts at the sensors, V, and returns the servo frames that ended; widths in us."""
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """What a generator that follows no sensor gives from its arming on, whatever the body does."""
+
+    frames: List[Frame]
+    """Servo frames, the first at 0 s; no unit."""
+    limited_share: float
+    """Share of the control periods in which the gate changed a setpoint; no unit."""
 
 
 class LoopDriver:
@@ -92,6 +103,28 @@ class LoopDriver:
             if frame is not None:
                 return [frame]
         raise FootfallError(f"the control loop does not arm: its state is {self._loop.state}, the cause {self._loop.cause}")
+
+    @classmethod
+    def pulses(cls, generator: Generator, seconds: float, *, robot: Optional[Path] = None) -> Pulses:
+        """The pulses of a time, s, without a body, in one call of the loop: the same ones for a generator that follows no sensor."""
+        # Armed before two seconds, as in `arm`.
+        since_power_on = np.arange(2000 + round(seconds * 1000.0)) + cls._BOOT_MS
+        # A sensor that moves: one that is still would be reported as stuck.
+        codes = np.round(2048.0 + 300.0 * np.sin(since_power_on / 200.0)).astype(np.uint16)[:, np.newaxis]
+        stop = np.where((since_power_on >= 50) & (since_power_on < 150), 1 << 1, 0)
+        button = (since_power_on >= 200) & (since_power_on < 700)
+        loop = JointLoop(generator, robot=robot)
+        vrefint = np.full(len(codes), cls._VREFINT, dtype=np.uint16)
+        ticks = loop.run(codes, vrefint, button=button, fault_bits=stop.astype(np.uint8), watchdog_hz={0: cls._WATCHDOG_HZ})
+        on = np.flatnonzero(ticks.pulses_us[:, 0])
+        if not len(on):
+            raise FootfallError(f"the control loop does not arm: its state is {loop.state}, the cause {loop.cause}")
+        count = round(seconds * 1000.0)
+        widths = ticks.pulses_us[on[0] + cls._FIRST_FRAME_TICKS :][: count : cls._FRAME_TICKS].astype(np.float64)
+        if not widths[:, 0].all():
+            raise FootfallError(f"the outputs went off within {seconds} s: {loop.cause}")
+        frames = [Frame(at * cls._FRAME_TICKS / 1000.0, tuple(us)) for at, us in enumerate(widths.tolist())]
+        return Pulses(frames, float(np.mean(ticks.limited[on[0] :][: count + cls._FIRST_FRAME_TICKS] != 0)))
 
     def step(self, us: int, volts: Sequence[float], *, stop: bool = False) -> List[Frame]:
         """Goes on for a time, us, a whole number of control periods; V at the sensors. ``stop``: the emergency stop is pressed."""

@@ -10,21 +10,21 @@ from .. import JOINTS
 from .simulation import Body, Trace
 
 #: A body has fallen if its hip is below this share of its height with straight legs.
-_FALLEN_SHARE = 0.6
+FALLEN_SHARE = 0.6
 #: Or if its trunk leans by more, rad.
-_FALLEN_RAD = math.radians(45.0)
+FALLEN_RAD = math.radians(45.0)
 #: A foot is loaded with more than this share of the weight.
 _LOADED_SHARE = 0.05
 #: A step is a load after so many milliseconds without one.
 _SWING_MS = 50
 #: The first half second is left out of torque, speed and error: the ramp from the park pose.
-_RAMP_S = 0.5
+RAMP_S = 0.5
 
 
 def fallen(body: Body) -> bool:
     """Whether a body lies on the floor, or is about to; no unit."""
     _, height, lean = body.trunk()
-    return body.rig != "hung" and (height < (_FALLEN_SHARE - 1.0) * body.robot.hip_m or abs(lean) > _FALLEN_RAD)
+    return body.rig != "hung" and (height < (FALLEN_SHARE - 1.0) * body.robot.hip_m or abs(lean) > FALLEN_RAD)
 
 
 def _steps(loaded: npt.NDArray[np.bool_]) -> int:
@@ -44,7 +44,7 @@ def measures(trace: Trace, has_fallen: bool) -> Dict[str, Any]:
     loaded = trace.load_n > _LOADED_SHARE * trace.mass_kg * 9.81
     way = float(trace.trunk[-1, 0])
     slid = float(trace.slide_m.sum())
-    late = trace.time_s > min(_RAMP_S, trace.time_s[-1] / 2.0)
+    late = trace.time_s > min(RAMP_S, trace.time_s[-1] / 2.0)
     output, motor, speed = np.abs(trace.output_nm[late]), np.abs(trace.motor_nm[late]), np.degrees(np.abs(trace.speeds_rad_s[late]))
     error = np.degrees(trace.angles_rad - trace.targets_rad)[late]
 

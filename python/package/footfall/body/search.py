@@ -23,7 +23,7 @@ from .simulation import Body, run
 #: Seeds of the search begin here; `--seeds` of the other commands ends before.
 FIRST_SEED = 1_000_000
 #: The seeds with which the candidates at the end are compared: none of the search.
-_LAST_SEEDS = range(900_000, 900_008)
+LAST_SEEDS = range(900_000, 900_008)
 #: Of each number of a gait: stride time (s), hip and knee (deg). The search begins with steps of about this size.
 _SCALE = np.array([0.08, 3.0, 4.0, 2.0, 4.0, 2.0, 4.0, 4.0, 3.0, 2.0, 4.0, 3.0, 2.0])
 
@@ -100,6 +100,19 @@ def _end_with_the_parent() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
+def processes(jobs: int) -> ProcessPoolExecutor:
+    """Processes that end with this one; fresh ones, since a fork of one that has threads may hang."""
+    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with_the_parent)
+
+
+def evolution() -> Any:
+    """The class of CMA-ES, or an ``ImportError`` that says what to install."""
+    try:
+        return import_module("cma").CMAEvolutionStrategy
+    except ImportError as error:
+        raise ImportError(f"`search` needs cma {CMA}, which is not installed: pip install 'footfall[body]', or ./python[body] in a clone") from error
+
+
 @dataclass(frozen=True)
 class Found:
     """What a search found."""
@@ -120,19 +133,15 @@ def search(
     ``step``: the first standard deviation, as a factor (no unit) of 0.08 s and 2 to 4 deg. ``random``: the seed of the search; the same one gives the
     same gait. At the end the middle of the distribution and the best candidates of the last generations are compared on 8 other robots.
     """
-    try:
-        cma = import_module("cma")
-    except ImportError as error:
-        raise ImportError(f"`search` needs cma {CMA}, which is not installed: pip install 'footfall[body]', or ./python[body] in a clone") from error
+    strategy_of = evolution()
     # A wrong name or value is an error here, not in each process.
     _body(task, FIRST_SEED)
     middle = start.vector()
-    strategy = cma.CMAEvolutionStrategy(np.zeros(len(middle)), step, {"popsize": candidates, "seed": random, "verbose": -9})
+    strategy = strategy_of(np.zeros(len(middle)), step, {"popsize": candidates, "seed": random, "verbose": -9})
     drawn = np.random.default_rng(random)
     recent: List[Any] = []
     runs = 0
-    # Fresh processes: a fork of one that has threads may hang.
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with_the_parent) as pool:
+    with processes(jobs) as pool:
 
         def means(vectors: Sequence[Any], numbers: Sequence[int]) -> List[float]:
             work = [(task, vector, seed) for vector in vectors for seed in numbers]
@@ -155,7 +164,7 @@ def search(
                 print(f"{done}, step {strategy.sigma:.3f}, {runs} runs", file=sys.stderr, flush=True)
         last = [*recent, middle + _SCALE * strategy.result.xfavorite]
         last = [vector for vector in last if within(Gait.of_vector(vector))]
-        values = means(last, list(_LAST_SEEDS))
-        runs += len(last) * len(_LAST_SEEDS)
+        values = means(last, list(LAST_SEEDS))
+        runs += len(last) * len(LAST_SEEDS)
     best = int(np.argmin(values))
     return Found(Gait.of_vector(last[best]), values[best], runs)

@@ -68,6 +68,10 @@ class _Mounted:
     us_per_rad: float
     trim_rad: float
     sign: float
+    stiffness_nm: float
+    """Within the proportional band, N m for 1 rad."""
+    dead_rad: float
+    """From the middle of the dead band to its edge, rad."""
 
     def torque(self, time_s: float, angle: float, speed: float) -> float:
         """Torque on the joint, N m."""
@@ -81,9 +85,14 @@ class _Mounted:
 
 def mounted(name: str, supply_v: float, one: Dict[str, float], variation: Variation, trim_rad: float) -> _Mounted:
     """A servo by its name at a supply, V, on a joint with this entry of the servo map, as ``footfall.robot()`` gives it, and an error of its neutral, rad."""
-    scale = one["us_per_rad"]
-    built = Servo(name, supply_v=supply_v, us_per_rad=abs(scale), band_deg=variation.band_deg, stall_factor=variation.stall_factor)
-    return _Mounted(built, one["neutral_us"], one["at_neutral_rad"], scale, trim_rad, math.copysign(1.0, scale))
+    scale, band = one["us_per_rad"], variation.band_deg
+    built, probe = (Servo(name, supply_v=supply_v, us_per_rad=abs(scale), band_deg=band, stall_factor=variation.stall_factor) for _ in range(2))
+    stiffness = built.stall_nm / math.radians(band)
+    # At an error of half of the band, which is beyond the dead band.
+    error = math.radians(band) / 2.0
+    probe.pulse(0.0, 1500.0 + error * abs(scale))
+    dead = error - probe.torque(0.0, 0.0, 0.0) / stiffness
+    return _Mounted(built, one["neutral_us"], one["at_neutral_rad"], scale, trim_rad, math.copysign(1.0, scale), stiffness, dead)
 
 
 class Body:
@@ -112,38 +121,40 @@ class Body:
         self.robot, self.rig, self.step_s = robot, rig, step_s
         first = self.servos[0].servo
         self._friction_nm, self._rotor = first.friction_nm, first.rotor_kg_m2
-        text = mjcf(robot, rig, maps, variation=variation, rotor_kg_m2=self._rotor, friction_nm=self._friction_nm, step_s=step_s)
-        self.model: Any = compiled(text)
+        self.text = mjcf(robot, rig, maps, variation=variation, rotor_kg_m2=self._rotor, friction_nm=self._friction_nm, step_s=step_s)
+        self.model: Any = compiled(self.text)
         self.data: Any = self._module.MjData(self.model)
         joints = [self.model.joint(joint) for joint in JOINTS]
-        # Numpy's integers, so that they index arrays.
-        self._angles = np.array([joint.qposadr[0] for joint in joints])
-        self._speeds = np.array([joint.dofadr[0] for joint in joints])
+        # Places in the arrays of MuJoCo; numpy's integers, so that they index arrays.
+        self.angle_places = np.array([joint.qposadr[0] for joint in joints])
+        self.speed_places = np.array([joint.dofadr[0] for joint in joints])
         self._feet = [self.model.body(f"{side}_shank").id for side in ("left", "right")]
         # Place of the foot of each geom; the floor, which is of no foot, adds nothing.
         self._foot_of = [self._feet.index(one) if one in self._feet else 0 for one in self.model.geom_bodyid.tolist()]
         self._force, self._jacobian, self._rub = np.zeros(6), np.zeros((3, self.model.nv)), np.zeros(self.model.nv)
         free = {"hung": (), "boom": ("x", "z"), "free": ("x", "z", "pitch")}[rig]
-        self._trunk = {name: self.model.joint(name).qposadr[0] for name in free}
+        self.trunk_places = {name: self.model.joint(name).qposadr[0] for name in free}
+        self.park_rad = [maps[joint]["park_rad"] for joint in JOINTS]
+        self.limits_rad = [[maps[joint][end] for joint in JOINTS] for end in ("least_rad", "most_rad")]
         pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
         self._held_lean = 0.0 if rig == "free" else math.radians(variation.pitch_deg)
         self._stand(pose, math.radians(variation.pitch_deg))
 
     def _stand(self, pose: Sequence[float], pitch: float) -> None:
         """The first pose, with the lower foot on the floor."""
-        self.data.qpos[self._angles] = pose
-        if "pitch" in self._trunk:
-            self.data.qpos[self._trunk["pitch"]] = pitch
+        self.data.qpos[self.angle_places] = pose
+        if "pitch" in self.trunk_places:
+            self.data.qpos[self.trunk_places["pitch"]] = pitch
         self._module.mj_forward(self.model, self.data)
-        if "z" in self._trunk:
+        if "z" in self.trunk_places:
             balls = self.model.geom_type == self._module.mjtGeom.mjGEOM_SPHERE
-            self.data.qpos[self._trunk["z"]] -= float((self.data.geom_xpos[balls, 2] - self.model.geom_size[balls, 0]).min())
+            self.data.qpos[self.trunk_places["z"]] -= float((self.data.geom_xpos[balls, 2] - self.model.geom_size[balls, 0]).min())
             self._module.mj_forward(self.model, self.data)
 
     @property
     def angles(self) -> Floats:
         """Angles of the joints, rad, shape (4,)."""
-        values: Floats = self.data.qpos[self._angles]
+        values: Floats = self.data.qpos[self.angle_places]
         return values
 
     def pulse(self, joint: int, ended_s: float, us: float) -> None:
@@ -153,9 +164,9 @@ class Body:
     def step(self, time_s: float, push_n: float = 0.0) -> Tuple[Floats, Floats]:
         """Goes on by a step, with a push (N, forwards) at the trunk's centre of mass; the torques of the motors and on the legs, N m, shape (4,)."""
         data, module = self.data, self._module
-        angles, speeds = data.qpos[self._angles].tolist(), data.qvel[self._speeds].tolist()
+        angles, speeds = data.qpos[self.angle_places].tolist(), data.qvel[self.speed_places].tolist()
         motor = np.array([servo.torque(time_s, angle, speed) for servo, angle, speed in zip(self.servos, angles, speeds)])
-        data.qfrc_applied[self._speeds] = motor
+        data.qfrc_applied[self.speed_places] = motor
         data.xfrc_applied[1, 0] = push_n
         module.mj_step(self.model, data)
         # Rows of the constraints: equality, friction, then limits and contacts.
@@ -163,7 +174,7 @@ class Body:
         rub = self._rub
         rub[:] = 0.0
         rub[data.efc_id[rows]] = data.efc_force[rows]
-        return motor, motor + rub[self._speeds] - self._rotor * data.qacc[self._speeds]
+        return motor, motor + rub[self.speed_places] - self._rotor * data.qacc[self.speed_places]
 
     def feet(self) -> Tuple[List[float], List[float]]:
         """Normal force (N) of each foot, and the way (m) that its lowest point slid in the last step if it is loaded."""
@@ -184,7 +195,7 @@ class Body:
 
     def trunk(self) -> Tuple[float, float, float]:
         """Way forwards (m), height of the hip over that of a straight leg (m), lean forwards (rad)."""
-        at = {name: float(self.data.qpos[place]) for name, place in self._trunk.items()}
+        at = {name: float(self.data.qpos[place]) for name, place in self.trunk_places.items()}
         return at.get("x", 0.0), at.get("z", 0.0), at.get("pitch", self._held_lean)
 
 
@@ -231,7 +242,7 @@ def run(
             motor, output = body.step(time_s, push_ns / PUSH_S if is_pushed else 0.0)
             load, slide = body.feet()
             slid = [sum(pair) for pair in zip(slid, slide)]
-        row = (body.trunk(), body.angles, body.data.qvel[body._speeds].copy(), tuple(targets), motor, output, load, slid)
+        row = (body.trunk(), body.angles, body.data.qvel[body.speed_places].copy(), tuple(targets), motor, output, load, slid)
         for column, value in zip(columns, row):
             column.append(value)
         if until is not None and until(body):
