@@ -23,6 +23,7 @@ const IDLE: Sample<SENSORS> = Sample {
     faults: BoardFaults::NONE,
     watchdog_clock: Some(WatchdogHz(32_000)),
     debugger: Debugger::Absent,
+    program_unproven: false,
     request: None,
 };
 
