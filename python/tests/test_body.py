@@ -289,9 +289,19 @@ def test_wrong_values_say_what_is_allowed() -> None:
         lambda: body.Body(DESK, "boom", supply_v=12.0),
         lambda: body.run(body.Body(DESK, "hung"), body.LoopDriver(), 0.0),
         lambda: body.run(body.Body(DESK, "hung", step_s=0.0007), body.LoopDriver(), 1.0),
+        lambda: body.run(body.Body(DESK, "hung"), body.LoopDriver(), 1.0, exchange_ms=0),
         lambda: body.LoopDriver().step(1500, [1.0]),
         lambda: body.Body(person(), "boom"),
     ]
     for make in wrong:
         with pytest.raises(footfall.InputError, match="allowed"):
             make()
+
+
+def test_pulses_come_at_their_times_however_far_the_driver_goes_at_once() -> None:
+    """A walk that does not depend on its sensor is the same to the bit, with a last part that is shorter."""
+    runs = [body.run(body.Body(DESK, "boom"), body.LoopDriver(), 1.0, exchange_ms=apart) for apart in (1, 7, 20)]
+    for other in runs[1:]:
+        np.testing.assert_array_equal(runs[0].pulses_us, other.pulses_us)
+        np.testing.assert_array_equal(runs[0].trunk, other.trunk)
+    assert len(runs[0].pulses_us) == 50 and np.ptp(runs[0].trunk[:, 0]) > 0.01

@@ -42,6 +42,9 @@ def test_both_drivers_give_the_same_pulses(record: Path) -> None:
     with body.BoardDriver(os.environ["FOOTFALL_ELF"], robot=record) as driver:
         board = body.run(one, driver, 2.0)
     loop = body.run(body.Body(body.DESK, "boom"), body.LoopDriver(), 2.0)
+    with body.BoardDriver(os.environ["FOOTFALL_ELF"], robot=record) as driver:
+        farther = body.run(body.Body(body.DESK, "boom"), driver, 2.0, exchange_ms=5)
+    np.testing.assert_array_equal(farther.trunk, board.trunk)
     count = min(len(board.pulses_us), len(loop.pulses_us))
     assert count >= 99
     np.testing.assert_allclose(board.pulses_us[:count], loop.pulses_us[:count], atol=0.0)
@@ -66,7 +69,7 @@ WAY_M = 2.5
 
 
 def test_the_command_line_takes_an_image(record: Path) -> None:
-    arguments = ["--elf", os.environ["FOOTFALL_ELF"], "--robot-record", str(record), "--secs", "1", "--json", "--quiet"]
+    arguments = ["--elf", os.environ["FOOTFALL_ELF"], "--robot-record", str(record), "--secs", "1", "--exchange", "10", "--json", "--quiet"]
     done = subprocess.run([sys.executable, "-m", "footfall.body", *arguments], capture_output=True, text=True, timeout=300, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["all"]["runs"] == 1

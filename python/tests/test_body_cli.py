@@ -135,6 +135,7 @@ def test_a_run_is_an_mp4(tmp_path: Path) -> None:
         (["--slope", "30"], "allowed is -10 to 10 deg"),
         (["size", "--picture", "walk.png"], "walk"),
         (["--picture", "walk.jpg"], ".gif"),
+        (["--exchange", "5"], "allowed with --elf"),
         (["--speed", "2"], "allowed is 0.5 to 1.5"),
         (["--speed", "0.8,1"], "several are allowed with `size`"),
         (["--gait", "natural-walk", "--gait", "human-walk"], "several are allowed with `size`"),

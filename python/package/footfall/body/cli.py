@@ -112,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--elf", metavar="ELF", help="an image on the virtual board; without it, the control loop in this process")
     parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it")
     parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; without it, its default walk")
+    parser.add_argument("--exchange", metavar="MS", type=_whole(1, 20), help="how far the image goes at once, ms (1): a larger number is faster")
     parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits of the body; the default robot without it")
     parser.add_argument("--servo", choices=servos(), help="servo of all joints; that of the robot without it")
     parser.add_argument("--supply", metavar="V", type=_number(0.0, 30.0, " V"), help="supply of the servos, V; that of the robot without it")
@@ -153,7 +154,8 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
             trace, stopped = run(body, driver, options.secs, seed=seed, until=fallen, push_ns=options.push), driver.stopped
         else:
             with BoardDriver(options.elf, robot=options.robot_record, generator=options.generator_record) as board:
-                trace, stopped = run(body, board, options.secs, seed=seed, until=fallen, push_ns=options.push), board.stopped
+                trace = run(body, board, options.secs, seed=seed, until=fallen, push_ns=options.push, exchange_ms=options.exchange or 1)
+                stopped = board.stopped
         has_fallen = fallen(body)
         if stopped is not None:
             raise FootfallError(f"the outputs went off at {trace.time_s[-1]:.2f} s or before, seed {seed}: {stopped}")
@@ -321,8 +323,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.command != "size" and (len(asked_gaits) > 1 or len(speeds) > 1):
             raise InputError(f"--{'gait' if len(asked_gaits) > 1 else 'speed'}: several are allowed with `size`")
         options.gait, options.speed = asked_gaits[0], speeds[0]
-        if options.elf is None and (options.robot_record or options.generator_record):
-            raise InputError("--robot-record and --generator-record are of an image: allowed with --elf; without it, --robot-file and --gait")
+        if options.elf is None and (options.robot_record or options.generator_record or options.exchange):
+            raise InputError("--robot-record, --generator-record and --exchange are of an image: allowed with --elf; without it, --robot-file and --gait")
         if options.elf is not None and (options.gait or options.speed != 1.0):
             raise InputError("--gait and --speed are of the control loop in this process: with --elf the gait is --generator-record, which `footfall pack` writes")
         if options.elf is not None and not options.robot_record:

@@ -208,11 +208,13 @@ def run(
     sensors: Sequence[Tuple[str, Optional[Path]]] = DEFAULT_SENSORS,
     until: Optional[Callable[[Body], bool]] = None,
     push_ns: float = 0.0,
+    exchange_ms: int = 1,
 ) -> Trace:
     """Runs a body with a driver for a time, s, from the first servo frame on; the body is held in its first pose until then.
 
     ``until``: ends the run early where it is true, asked each millisecond. ``seed``: of the noise of the sensors. ``push_ns``: impulse of a push at
-    the trunk's centre of mass, forwards, N s, spread over ``PUSH_S`` from ``PUSH_AT_S`` on.
+    the trunk's centre of mass, forwards, N s, spread over ``PUSH_S`` from ``PUSH_AT_S`` on. ``exchange_ms``: how far the driver goes at once, ms: it has
+    the volts at the beginning of that time, and its pulses come to the servos at their own times.
     """
     if not 0.1 <= seconds <= 3600.0:
         raise InputError(f"seconds = {seconds}: allowed is 0.1 to 3600 s")
@@ -223,13 +225,18 @@ def run(
     volts = Sensors(sensors, seed)
     columns: List[List[Any]] = [[] for _ in range(8)]
     pulses: List[Tuple[float, ...]] = []
+    if not 1 <= exchange_ms <= 20:
+        raise InputError(f"exchange_ms = {exchange_ms}: allowed is 1 to 20 ms, a servo frame")
     frames: List[Frame] = driver.arm(volts.volts(body.angles.tolist()))
     waiting: List[Tuple[float, int, float]] = []
     targets = body.angles.tolist()
     for tick in range(ticks):
-        for frame in frames:
+        if tick % exchange_ms == 0:
+            frames += driver.step(1000 * min(exchange_ms, ticks - tick), volts.volts(body.angles.tolist()))
+        for frame in [one for one in frames if one.time_s <= tick / 1000.0]:
             pulses.append(frame.us)
             waiting += [(frame.time_s + us / 1e6, joint, us) for joint, us in enumerate(frame.us)]
+        frames = [one for one in frames if one.time_s > tick / 1000.0]
         # A servo knows the width of a pulse at its end.
         for ended_s, joint, us in [pulse for pulse in waiting if pulse[0] <= tick / 1000.0]:
             body.pulse(joint, ended_s, us)
@@ -247,7 +254,6 @@ def run(
             column.append(value)
         if until is not None and until(body):
             break
-        frames = driver.step(1000, volts.volts(body.angles.tolist()))
     trunk, angles, speeds, goals, motors, outputs, loads, slides = (np.array(column, dtype=np.float64) for column in columns)
     times_s = (np.arange(len(trunk)) + 1) / 1000.0
     mass = float(body.model.body_mass.sum())

@@ -28,6 +28,8 @@ _SETTLES_S = 3.0
 _OPEN_V = 0.0
 #: Steps of the virtual board, s: fine around an event, since the supply of the servos is seen at the end of a step.
 _BOARD_STEP_S, _FINE_STEP_S, _FINE_S = 0.005, 0.001, 0.1
+#: After the emergency stop, s: steps, and for how long.
+_STOP_STEP_S, _STOP_S = 0.0001, 0.003
 #: Torque above which the servo is more than a tenth of what the person's own hip or knee needs to swing the leg, N m: of 23.0 and 12.8 N m
 #: (`size --robot person`). A scale, not a limit of safety.
 THRESHOLD_NM = {"hip": 2.3, "knee": 1.28}
@@ -188,7 +190,11 @@ class BoardRun:
             seconds = (len(rows_v) - 1) / 1000.0
             while board.time_s - self._start_s < seconds - _BOARD_STEP_S:
                 now = board.time_s - self._start_s
-                step_s = _FINE_STEP_S if 0.0 <= now - self._event_at_s + _BOARD_STEP_S < _FINE_S else _BOARD_STEP_S
+                if stop_at_s is not None and 0.0 <= now - stop_at_s < _STOP_S:
+                    # The stop cuts a pulse, and the supply goes within 0.1 ms of it: in a longer step the servo would act on the cut pulse.
+                    step_s = _STOP_STEP_S
+                else:
+                    step_s = _FINE_STEP_S if 0.0 <= now - self._event_at_s + _BOARD_STEP_S < _FINE_S else _BOARD_STEP_S
                 ends = [float(rows_v[min(round(at * 1000.0), len(rows_v) - 1)]) for at in (now, now + step_s)]
                 pressed = stop_at_s is not None and now >= stop_at_s
                 self._take(board.step(step_s, [[ends[0]], [ends[1]]], stop=pressed if stop_at_s is not None else None))
