@@ -34,6 +34,8 @@ mod environment;
 #[cfg(target_os = "none")]
 mod faults;
 #[cfg(target_os = "none")]
+mod float;
+#[cfg(target_os = "none")]
 #[path = "../../firmware/src/kept.rs"]
 mod kept;
 #[cfg(target_os = "none")]
