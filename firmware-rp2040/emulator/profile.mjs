@@ -15,6 +15,22 @@ if (elfFile === undefined) {
   process.exit(2);
 }
 
+/** The names in a mangled one, as `module::function`: each has its length in front. */
+function plain(name) {
+  if (!name.startsWith('_R')) return name;
+  const found = [];
+  let rest = name.replaceAll(/Cs[0-9A-Za-z]+_/g, '');
+  for (let match; (match = rest.match(/([1-9][0-9]*)/)); ) {
+    const end = match.index + match[0].length;
+    const [from, length] = [end + Number(rest[end] === '_'), Number(match[0])];
+    const word = rest.slice(from, from + length);
+    const isWord = word.length === length && /[a-z]{3}/.test(word);
+    if (isWord) found.push(word);
+    rest = rest.slice(isWord ? from + length : end);
+  }
+  return [...new Set(found)].join('::');
+}
+
 const RAM = 0x20000000;
 const RAM_BYTES = 0x42000;
 /** The exception of SWI_IRQ_0, which is interrupt 26. */
@@ -75,5 +91,5 @@ symbols
   .slice(0, 20)
   .forEach(({ name, cycles, calls }) => {
     const row = [(cycles / ticks).toFixed(0).padStart(8), `${((100 * cycles) / total).toFixed(1)} %`.padStart(7), (calls / ticks).toFixed(1).padStart(8)];
-    console.log(`${row.join(' ')}  ${name}`);
+    console.log(`${row.join(' ')}  ${plain(name)}`);
   });
