@@ -27,7 +27,7 @@ extern "C" fn multiply_special(a: u32, b: u32) -> u32 {
 /// carry of the last shift, half a unit of the last place, rounds, also into the exponent where it has to.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
-unsafe extern "C" fn __aeabi_fsub(a: u32, b: u32) -> u32 {
+extern "C" fn __aeabi_fsub(a: u32, b: u32) -> u32 {
     naked_asm!(
         "movs r2, #1",
         "lsls r2, r2, #31",
@@ -253,7 +253,7 @@ unsafe extern "C" fn __aeabi_fsub(a: u32, b: u32) -> u32 {
 /// that fit a word: `high(A) B + low(A) high(B) + low(A) low(B) / 2^16`; the lower 16 only tell an exact half from more.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
-unsafe extern "C" fn __aeabi_fmul(a: u32, b: u32) -> u32 {
+extern "C" fn __aeabi_fmul(a: u32, b: u32) -> u32 {
     naked_asm!(
         "lsls r2, r0, #1",
         "lsrs r2, r2, #24",
@@ -345,7 +345,7 @@ macro_rules! comparison {
     ($name:ident, [$($not_negative:literal),*], [$($negative:literal),*], $zeros:literal) => {
         #[unsafe(naked)]
         #[unsafe(no_mangle)]
-        unsafe extern "C" fn $name(a: u32, b: u32) -> u32 {
+        extern "C" fn $name(a: u32, b: u32) -> u32 {
             naked_asm!(
                 "lsls r2, r0, #1",
                 "lsls r3, r1, #1",
