@@ -78,9 +78,11 @@ fn file(options: &Options) -> Result<PathBuf> {
     let mut workspace = Workspace::open()?;
     ensure!(options.sensor.len() <= 3, "{} sensors; the Pico has inputs for 3", options.sensor.len());
     workspace.set_up(&[Need::BoardCompiler])?;
+    // First what may be refused.
+    let records = records(&workspace, options)?;
     let elf = build(&workspace, Drive::unless(options.shadow))?;
     let mut parts = program(&elf)?;
-    parts.extend(records(&workspace, options)?);
+    parts.extend(records);
     let file = elf.with_extension("uf2");
     write(&file, &uf2::blocks(&parts))?;
     Ok(file)
