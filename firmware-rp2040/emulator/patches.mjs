@@ -38,6 +38,45 @@ export const PATCHES = {
       };
     },
   },
+  usbBuffers: {
+    wrong: 'USB: a buffer counts as taken or filled when the program makes it available, not when the host takes or fills it (RP2040 datasheet, 4.1.2.5)',
+    apply(mcu) {
+      const AVAILABLE = 1 << 10;
+      const FULL = 1 << 15;
+      const LENGTH = 0x3ff;
+      const [FIRST, LAST] = [0x80, 0xfc];
+      // A packet of 64 bytes with its frame at 12 Mbit/s, and the time after which a host that does not read asks again.
+      const [PACKET_NS, AGAIN_NS] = [51_000, 1_000_000];
+      const { usbCtrl: usb, usbDPRAMView: view } = mcu;
+      const control = (offset) => view.getUint32(offset, true);
+      const clear = (offset, bits) => view.setUint32(offset, control(offset) & ~bits, true);
+      const take = Array.from({ length: 16 }, (_, endpoint) => {
+        const offset = FIRST + 8 * endpoint;
+        const alarm = mcu.clock.createAlarm(() => {
+          const value = control(offset);
+          if (!(value & AVAILABLE)) return;
+          if (usb.hostReads && !usb.hostReads(endpoint)) return alarm.schedule(AGAIN_NS);
+          const at = usb.getEndpointBufferOffset(endpoint, false);
+          const bytes = mcu.usbDPRAM.slice(at, at + (value & LENGTH));
+          clear(offset, AVAILABLE | FULL);
+          usb.indicateBufferReady(endpoint, false);
+          usb.onEndpointWrite?.(endpoint, bytes);
+        });
+        return alarm;
+      });
+      usb.DPRAMUpdated = (offset, value) => {
+        if (!(value & AVAILABLE) || offset < FIRST || offset > LAST) return;
+        const endpoint = (offset - FIRST) >> 3;
+        if (offset & 4) usb.onEndpointRead?.(endpoint, value & LENGTH);
+        else take[endpoint].schedule(PACKET_NS);
+      };
+      const { finishRead } = usb;
+      usb.finishRead = (endpoint, bytes) => {
+        clear(FIRST + 4 + 8 * endpoint, AVAILABLE);
+        finishRead.call(usb, endpoint, bytes);
+      };
+    },
+  },
   sendEvent: {
     wrong: 'SEV sets no event: a wake-up that is made between a check and WFE is lost',
     apply(mcu) {

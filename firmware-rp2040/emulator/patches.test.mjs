@@ -53,9 +53,20 @@ function sendEvent(mcu) {
   return !mcu.core.waiting;
 }
 
+/** Whether a buffer for the host is available until the host has had the time to take it, and then not. */
+function usbBuffers(mcu) {
+  const CONTROL = 0x50100080;
+  const AVAILABLE = 1 << 10;
+  mcu.writeUint32(CONTROL, AVAILABLE | (1 << 15) | 5);
+  const before = mcu.readUint32(CONTROL) & AVAILABLE;
+  mcu.clock.tick(60_000);
+  return before !== 0 && (mcu.readUint32(CONTROL) & AVAILABLE) === 0;
+}
+
 const CHECKS = {
   adcRoundRobin: (mcu) => roundRobin(mcu).join() === '0,1,2,4,0,1,2,4',
   nonMaskableInterrupt: nonMaskable,
+  usbBuffers,
   sendEvent,
 };
 

@@ -1,42 +1,43 @@
-// Runs the RP2040 image on rp2040js and prints what its pins did, as JSON; the raw bytes of its RTT log go to a file.
+// Runs the RP2040 image on rp2040js and prints what its pins did, as JSON; the raw bytes of its RTT log and of its serial port go to files.
 //
-//   node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE
+//   node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE SERIAL_FILE
 //
 // The scenario: {"secs": 12, "flash": [{"address": 269516800, "file": "robot.bin"}], "events": [{"s": 0.5, "pin": "emergency_stop", "level": false}],
 // "volts": [{"mean": 1.5, "swing": 0.4, "hz": 1}], "hang_s": 3}. Pins of events: emergency_stop, button, foot_switch. `volts` has an entry a sensor.
-// At `hang_s` the processor is stopped for good.
+// At `hang_s` the processor is stopped for good. An event {"s": 1, "usb": "send", "bytes": [1, 2]} is one of the host (host.mjs).
 
 import { readFileSync, writeFileSync } from 'node:fs';
+import { AT_REST, PINS, SUPPLY_V } from './board.mjs';
 import { Chip, pages } from './chip.mjs';
+import { Host } from './host.mjs';
 
-/** As in src/board.rs, which a test compares. */
-export const PINS = { servos: [2, 3, 4, 5], servo_rail: 6, emergency_stop: 7, foot_switch: 8, button: 9, sync_output: 10, led: 25 };
-const SUPPLY = 3.3;
 const MS = 1e6;
 
-const [imageFile, scenarioFile, rttFile] = process.argv.slice(2);
-if (rttFile === undefined) {
-  console.error('usage: node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE');
+const [imageFile, scenarioFile, rttFile, serialFile] = process.argv.slice(2);
+if (serialFile === undefined) {
+  console.error('usage: node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE SERIAL_FILE');
   process.exit(2);
 }
 const scenario = JSON.parse(readFileSync(scenarioFile));
 const parts = pages(readFileSync(imageFile));
 for (const { address, file } of scenario.flash ?? []) parts.push([address, readFileSync(file)]);
 
-// Released, closed, no foot: as a person finds the board.
-const levels = { emergency_stop: true, button: true, foot_switch: false };
+const levels = { ...AT_REST };
 const edges = Object.fromEntries([...PINS.servos, PINS.servo_rail].map((pin) => [pin, []]));
 const volts = scenario.volts ?? [];
 
+const host = new Host();
+
 function wire(mcu, chip) {
+  host.attach(mcu);
   for (const [name, level] of Object.entries(levels)) mcu.gpio[PINS[name]].setInputValue(level);
   volts.forEach(({ mean, swing = 0, hz = 0 }, channel) => {
     Object.defineProperty(mcu.adc.channelValues, channel, {
-      get: () => Math.round(((mean + swing * Math.sin(2e-9 * Math.PI * hz * mcu.clock.nanos)) / SUPPLY) * 4095),
+      get: () => Math.round(((mean + swing * Math.sin(2e-9 * Math.PI * hz * mcu.clock.nanos)) / SUPPLY_V) * 4095),
     });
   });
   // 27 degrees: 0.706 V.
-  mcu.adc.channelValues[4] = Math.round((0.706 / SUPPLY) * 4095);
+  mcu.adc.channelValues[4] = Math.round((0.706 / SUPPLY_V) * 4095);
   for (const pin of Object.keys(edges)) {
     // A pin is high (1), or low, or not driven, which the pull-down of the board makes low.
     mcu.gpio[pin].addListener((state) => {
@@ -66,13 +67,18 @@ for (let now = 0; now < end; ) {
   chip.runTo(next);
   now = next;
   while (events.length > 0 && events[0].at <= now) {
-    const { pin, level } = events.shift();
+    const { pin, level, usb, bytes } = events.shift();
+    if (usb !== undefined) {
+      host.do(usb, bytes);
+      continue;
+    }
     levels[pin] = level;
     chip.mcu.gpio[PINS[pin]].setInputValue(level);
   }
   chip.drain();
 }
 writeFileSync(rttFile, Buffer.from(chip.log));
+writeFileSync(serialFile, Buffer.from(host.received));
 const named = (pin) => edges[pin];
 console.log(
   JSON.stringify({
@@ -81,6 +87,7 @@ console.log(
     servos_ns: PINS.servos.map(named),
     servo_rail_ns: named(PINS.servo_rail),
     resets: chip.resets,
+    usb_connections: host.connections,
     messages: [...chip.messages.seen].sort(),
   }),
 );

@@ -57,6 +57,12 @@ pub const BOARD: Board = Board {
     led: Pin(25),
 };
 
+/// The kind of generator that the board refuses, with the reason and what is allowed: at most 160 bytes, as a record of a refusal has them. The tools
+/// refuse it before it is on a board.
+pub const NO_FOLLOWER: &str = "a follower: it is not shown that its ticks end in time on this chip, which has no floating-point unit; allowed are \
+                               phase-coupled, shape, spline and thesis";
+const _: () = assert!(NO_FOLLOWER.len() <= 160, "the record of the refusal would be cut");
+
 /// First address of the generator record's flash sector. The program ends below it (rp2040.x).
 pub const GENERATOR_SECTOR: u32 = 0x1010_0000;
 /// First address of the sensor record's flash sector.

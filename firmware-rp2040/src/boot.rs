@@ -5,7 +5,7 @@ use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use firmware::lamp::Shown;
 use firmware::pacing::Pacer;
 use firmware::post_mortem::LOCKOUT_STREAK;
-use firmware_rp2040::board::BOARD;
+use firmware_rp2040::board::{BOARD, NO_FOLLOWER};
 use heapless::spsc::Queue;
 use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
 use joint_loop::tuning::{Answer, Request, Settings};
@@ -69,10 +69,13 @@ static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let telemetry = start_up();
+    let (telemetry, usb) = start_up();
     THREAD.init(Executor::new()).run(|thread| {
         thread.spawn(only(telemetry::telemetry_task(telemetry)));
         thread.spawn(only(reloading::watchdog_task()));
+        thread.spawn(only(serial::usb_device_task(usb.device)));
+        thread.spawn(only(serial::usb_send_task(usb.sender)));
+        thread.spawn(only(serial::usb_receive_task(usb.receiver)));
     })
 }
 
@@ -80,11 +83,11 @@ fn main() -> ! {
 ///
 /// A function of its own, as [`build_loop`]: the stack that it takes is free again afterwards.
 #[inline(never)]
-fn start_up() -> &'static mut Telemetry {
+fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     // Drive the pins low, then read the reset cause, then start the clocks.
     servo_pwm::drive_pins_low();
     let last_run = faults::last_run();
-    clocks::start();
+    let usb = clocks::start();
     stopwatch::start();
     lamps::start();
     let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run);
@@ -137,9 +140,9 @@ fn start_up() -> &'static mut Telemetry {
         servo_pwm::start_frames();
     });
 
-    let mut port = serial::start(requests_in);
+    let (mut port, tasks) = serial::start(usb, requests_in);
     port.send(&Record::Boot(boot));
-    TELEMETRY.init(Telemetry {
+    let telemetry = TELEMETRY.init(Telemetry {
         port,
         records: records_out,
         answers: answers_out,
@@ -158,7 +161,8 @@ fn start_up() -> &'static mut Telemetry {
         truncated: 0,
         program: ProgramCheck::new(),
         refused_clock: None,
-    })
+    });
+    (telemetry, tasks)
 }
 
 /// The loop, the boot record, and how many sensors there are.
@@ -181,11 +185,7 @@ fn build_loop(last_run: &LastRun) -> Built {
         Err(error) => stay_off(error.subject(), error),
     };
     if parameters.generator.follows().is_some() {
-        stay_off(
-            Subject::GeneratorRecord,
-            "a follower: its step takes longer than a millisecond on this chip, which has no floating-point unit; allowed are \
-             phase-coupled, shape, spline and thesis",
-        );
+        stay_off(Subject::GeneratorRecord, NO_FOLLOWER);
     }
     if parameters.sensors.count() > BOARD.sensors.len() {
         stay_off(

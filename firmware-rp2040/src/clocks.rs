@@ -1,17 +1,18 @@
 //! The clocks: started by the HAL, checked in every tick.
 
 use embassy_rp::clocks::ClockConfig;
-use embassy_rp::pac;
 use embassy_rp::pac::clocks::vals::ClkSysCtrlSrc;
+use embassy_rp::peripherals::USB;
+use embassy_rp::{Peri, pac};
 use firmware_rp2040::timing::CORE_MHZ;
 
 /// Starts the crystal, both PLLs and the microseconds of TIMER. It waits for the crystal: without one the board stays here, dark, its outputs off.
-pub(crate) fn start() {
+/// Returns the one peripheral that the HAL drives; the program drives the others by registers.
+pub(crate) fn start() -> Peri<'static, USB> {
     let Ok(clocks) = ClockConfig::system_freq(CORE_MHZ * 1_000_000) else {
         panic!("no PLL setting for the core's clock")
     };
-    // Nothing is claimed from the HAL: what this program uses it drives by registers.
-    drop(embassy_rp::init(embassy_rp::config::Config::new(clocks)));
+    embassy_rp::init(embassy_rp::config::Config::new(clocks)).USB
 }
 
 /// Whether the core still runs from its PLL, and the PLL from the crystal is in lock.

@@ -1,7 +1,7 @@
 //! The RP2040 firmware: boots with its outputs off, then steps the joint loop once a millisecond.
 //!
 //! The tasks, the log, the queues and the reading of the records are files of `firmware`, the STM32F4 family, compiled here once more. This
-//! crate has what those files ask of a chip, by the same names. Each peripheral is used by one module, by its registers:
+//! crate has what those files ask of a chip, by the same names. Each peripheral is used by one module, all but the USB by their registers:
 //!
 //! | peripherals | module |
 //! |---|---|
@@ -12,6 +12,7 @@
 //! | WATCHDOG, PSM | `watchdog` |
 //! | IO_BANK0, PADS_BANK0, SIO | `pins` |
 //! | CLOCKS, VREG_AND_CHIP_RESET | `clocks` |
+//! | USB | `serial`, by the HAL |
 //!
 //! Alarm 0 of TIMER is the clock of embassy-time. The interrupt SWI_IRQ_0, which no peripheral has, runs the executor of the ticks.
 //!
@@ -33,6 +34,8 @@ mod emergency_stop;
 mod environment;
 #[cfg(target_os = "none")]
 mod faults;
+#[cfg(target_os = "none")]
+mod float;
 #[cfg(target_os = "none")]
 #[path = "../../firmware/src/kept.rs"]
 mod kept;

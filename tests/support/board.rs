@@ -53,7 +53,7 @@ pub struct Ran {
 }
 
 /// What the board logged between two resets.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Booted {
     /// When, in virtual seconds.
     pub t_s: f64,

@@ -28,6 +28,10 @@ pub struct PicoRan {
     pub messages: Vec<String>,
     /// Frequency of the core at the end, Hz.
     pub core_hz: f64,
+    /// Bytes that the host at the USB received from the serial port.
+    pub serial: Vec<u8>,
+    /// How often the host enumerated the board.
+    pub usb_connections: u64,
 }
 
 /// The folder of the emulator.
@@ -53,7 +57,9 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
     }
     std::fs::write(file("scenario.json"), scenario.to_string()).expect("written");
     let mut node = Command::new("node");
-    node.arg(emulator().join("run.mjs")).arg(path("FOOTFALL_PICO_UF2")).args([file("scenario.json"), file("log.rtt")]);
+    node.arg(emulator().join("run.mjs"))
+        .arg(path("FOOTFALL_PICO_UF2"))
+        .args(["scenario.json", "log.rtt", "serial"].map(file));
     let output = node.output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let ran: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -72,6 +78,8 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
         resets: ran["resets"].as_array().expect("a list").iter().map(reset).collect(),
         messages: texts(&ran["messages"]),
         core_hz: ran["core_hz"].as_f64().expect("a frequency"),
+        serial: std::fs::read(file("serial")).expect("bytes"),
+        usb_connections: ran["usb_connections"].as_u64().expect("a number"),
     }
 }
 

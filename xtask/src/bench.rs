@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: the cost of each part of the flashed image (`board`), and of each generator.
 //!
-//! `cargo xtask bench oscillators` prints the gait error and the cost of each generator in one table.
+//! `cargo xtask bench oscillators` prints the gait error and the cost of each generator in one table, `cargo xtask bench pico` the cost of a tick on the
+//! Raspberry Pi Pico.
 //!
 //! Two programs give the numbers: `footfall gait-error` the error on the default recording, on the host; `step-cost` the instructions of
 //! a step, on the virtual board, which counts one cycle an instruction. None of them is a time: cycles need a chip.
@@ -9,6 +10,7 @@ mod beside_c;
 mod board;
 mod counted;
 mod page;
+mod pico;
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -32,6 +34,8 @@ pub(crate) enum Bench {
     },
     /// Every part of the flashed image: instructions, exact, and modelled cycles, in five set-ups; flash, RAM and stack
     Board(board::Options),
+    /// The image of the Raspberry Pi Pico: its size, and the cycles of a tick by function, on rp2040js
+    Pico,
 }
 
 /// Steps that `step-cost` counts.
@@ -81,6 +85,7 @@ pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
     match bench {
         Bench::Oscillators { json } => oscillators(*json)?,
         Bench::Board(options) => board::bench(options)?,
+        Bench::Pico => pico::bench()?,
     }
     Ok(ExitCode::SUCCESS)
 }

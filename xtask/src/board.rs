@@ -1,6 +1,7 @@
 //! The boards that have an image: their names in cargo's features and their chips' names in probe-rs.
 
 use clap::ValueEnum;
+use clap::builder::PossibleValue;
 
 /// What an image does with the servos.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +73,40 @@ impl Board {
     }
 }
 
+/// A board of either family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AnyBoard {
+    /// One of the STM32F4 family.
+    Stm32(Board),
+    /// The Raspberry Pi Pico.
+    Pico,
+}
+
+impl Default for AnyBoard {
+    fn default() -> Self {
+        Self::Stm32(Board::default())
+    }
+}
+
+impl ValueEnum for AnyBoard {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [AnyBoard; 4] = [
+            AnyBoard::Stm32(Board::F4Discovery),
+            AnyBoard::Stm32(Board::NucleoF446re),
+            AnyBoard::Stm32(Board::BlackPillF411),
+            AnyBoard::Pico,
+        ];
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::Stm32(board) => board.to_possible_value(),
+            Self::Pico => Some(PossibleValue::new("pico").help("Raspberry Pi Pico")),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,5 +117,8 @@ mod tests {
             assert_eq!(board.to_possible_value().unwrap().get_name(), board.feature());
         }
         assert_eq!(Board::ALL.len(), Board::value_variants().len());
+        let all = AnyBoard::value_variants();
+        assert_eq!(all.len(), Board::ALL.len() + 1);
+        assert!(Board::ALL.iter().all(|board| all.contains(&AnyBoard::Stm32(*board))));
     }
 }

@@ -1,16 +1,17 @@
 //! `cargo xtask flash`: writes the firmware to a board with probe-rs and shows the board's log until Ctrl-C, or writes it through the chip's
-//! USB boot loader.
+//! USB boot loader. A Raspberry Pi Pico has a family of its own: [`crate::pico`].
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
 
-use crate::board::{Board, Drive};
+use crate::board::{AnyBoard, Board, Drive};
 use crate::dfu;
 use crate::image;
 use crate::option_bytes;
+use crate::pico;
 use crate::probe::{self, Sector};
 use crate::record;
 use crate::setup::Need;
@@ -32,7 +33,7 @@ enum Content {
 pub(crate) struct Options {
     /// The board that is connected
     #[arg(long, value_enum, default_value_t)]
-    board: Board,
+    board: AnyBoard,
     /// Write a generator's parameters into the board's first parameter sector [default: erase it; the board runs the built-in walk]
     #[arg(long, value_name = "TOML")]
     generator: Option<PathBuf>,
@@ -50,17 +51,20 @@ pub(crate) struct Options {
     #[arg(long)]
     shadow: bool,
     /// Write through the chip's USB boot loader with dfu-util, without a probe: BOOT0 high, then reset
-    #[arg(long)]
+    #[arg(long, conflicts_with = "drive")]
     dfu: bool,
+    /// Folder of the Pico's drive RPI-RP2 [default: the one that is mounted]
+    #[arg(long, value_name = "FOLDER")]
+    drive: Option<PathBuf>,
 }
 
 impl Options {
     /// The sectors that are written, and those that are kept.
-    fn sectors(&self) -> (Vec<(Sector, Content)>, Vec<Sector>) {
+    fn sectors(&self, board: Board) -> (Vec<(Sector, Content)>, Vec<Sector>) {
         let generator = self.generator.as_ref().map(|file| vec![file.into()]);
         let sensors = self.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]);
         // `pack` refuses a calibration that this board refuses.
-        let sensors = sensors.chain(["--board".into(), self.board.feature().into()]).collect();
+        let sensors = sensors.chain(["--board".into(), board.feature().into()]).collect();
         let sensors: Option<Vec<OsString>> = (!self.sensor.is_empty()).then_some(sensors);
         let robot = self.robot.as_ref().map(|file| vec!["--robot".into(), file.into()]);
         let (mut written, mut kept) = (Vec::new(), Vec::new());
@@ -81,16 +85,20 @@ impl Options {
 
 /// Looks for the board first: without one a build is useless.
 pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
-    let board = options.board;
+    let board = match options.board {
+        AnyBoard::Stm32(board) => board,
+        AnyBoard::Pico => return flash_pico(options),
+    };
+    ensure!(options.drive.is_none(), "--drive is for the board pico, whose boot loader shows one: remove it");
     if options.dfu { dfu::require(board) } else { probe::require() }?;
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler])?;
     let image = workspace.firmware(board, Drive::unless(options.shadow))?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
     // Each sector is a download of its own: that of the program does not erase them.
-    let (written, kept) = options.sectors();
+    let (written, kept) = options.sectors(board);
     for (sector, content) in written {
-        write(&workspace, options, sector, &content)?;
+        write(&workspace, board, options.dfu, sector, &content)?;
     }
     for sector in kept {
         eprintln!("{} sector: kept as it is", sector.name());
@@ -113,8 +121,22 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The Pico's boot loader is a drive, which no probe and no program is needed for.
+fn flash_pico(options: &Options) -> Result<ExitCode> {
+    ensure!(!options.dfu, "--dfu is for the STM32F4 boards; a Pico is written by its drive: remove it");
+    let Options { generator, sensor, robot, keep, shadow, drive, .. } = options;
+    let image = pico::Options {
+        generator: generator.clone(),
+        sensor: sensor.clone(),
+        robot: robot.clone(),
+        keep: *keep,
+        shadow: *shadow,
+    };
+    pico::flash(&image, drive.as_deref())
+}
+
 /// Makes the content of a sector and writes it.
-fn write(workspace: &Workspace, options: &Options, sector: Sector, content: &Content) -> Result<()> {
+fn write(workspace: &Workspace, board: Board, dfu: bool, sector: Sector, content: &Content) -> Result<()> {
     let name = sector.name();
     let packed = record::path_of(workspace, sector);
     match content {
@@ -125,15 +147,15 @@ fn write(workspace: &Workspace, options: &Options, sector: Sector, content: &Con
         }
         Content::Erased => {
             eprintln!("{name} sector: erased, {}; --keep keeps it", sector.when_erased());
-            return match options.dfu {
+            return match dfu {
                 true => dfu::erase(sector, &packed),
-                false => probe::erase(options.board, sector, &packed),
+                false => probe::erase(board, sector, &packed),
             };
         }
     }
-    match options.dfu {
+    match dfu {
         true => dfu::download(sector.address(), &packed),
-        false => probe::download(options.board, sector, &packed),
+        false => probe::download(board, sector, &packed),
     }
 }
 
@@ -147,7 +169,7 @@ mod tests {
     fn a_sector_without_an_option_is_erased_or_kept() {
         let sectors = |words: &str| -> Vec<String> {
             let words = std::iter::once("flash").chain(words.split_whitespace());
-            let (written, kept) = Parsed::try_parse_from(words).unwrap().options.sectors();
+            let (written, kept) = Parsed::try_parse_from(words).unwrap().options.sectors(Board::default());
             let written = written.into_iter().map(|(sector, content)| match content {
                 Content::Record(pack) => format!("{} {}", sector.name(), pack.join(" ".as_ref()).to_string_lossy()),
                 Content::Erased => format!("{} erased", sector.name()),
@@ -162,6 +184,15 @@ mod tests {
         assert_eq!(sectors("--robot r.toml --keep")[0], "robot --robot r.toml");
         let two = "--keep --sensor left_hip=h.toml --sensor left_knee";
         assert_eq!(sectors(two)[0], "sensors --sensor left_hip=h.toml --sensor left_knee --board f4-discovery");
+    }
+
+    #[test]
+    fn options_of_the_other_family_are_refused() {
+        for (words, said) in [("--board pico --dfu", "--dfu is for"), ("--drive /media/x", "--drive is for")] {
+            let words = std::iter::once("flash").chain(words.split_whitespace());
+            let error = flash(&Parsed::try_parse_from(words).unwrap().options).unwrap_err().to_string();
+            assert!(error.starts_with(said), "{error}");
+        }
     }
 
     /// The options as a command line.

@@ -10,6 +10,7 @@ mod bench;
 mod board;
 mod board_sectors;
 mod book;
+mod bootsel;
 mod build_paths;
 mod campaign;
 mod dfu;
@@ -61,7 +62,7 @@ enum Task {
     Run(run::Options),
     /// Check everything: format, lints, docs, host tests, both firmware images, the virtual board
     Test(test::Options),
-    /// Build the firmware and write it to a board, with probe-rs or through USB
+    /// Build the firmware and write it to a board: with probe-rs, through USB, or to the drive of a Pico
     Flash(flash::Options),
     /// Show a connected board live, with its image: through probe-rs, another RTT server, or its serial port
     Watch(live::Options),
@@ -81,7 +82,7 @@ enum Task {
         #[arg(long)]
         shadow: bool,
     },
-    /// Build the firmware for the Raspberry Pi Pico as a file for its USB drive, and copy it there
+    /// Build the firmware for the Raspberry Pi Pico as a file for its USB drive, without a Pico (`flash --board pico` writes it)
     Pico(pico::Options),
     /// Measure and print a table
     Bench {
@@ -165,6 +166,7 @@ mod tests {
     fn an_unknown_board_is_refused() {
         assert!(Cli::try_parse_from(["cargo xtask", "flash", "--board", "bluepill"]).is_err());
         assert!(Cli::try_parse_from(["cargo xtask", "flash", "--board", "nucleo-f446re"]).is_ok());
+        assert!(Cli::try_parse_from(["cargo xtask", "flash", "--board", "pico"]).is_ok());
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! `cargo xtask pico`: builds the image for the Raspberry Pi Pico as a UF2 file, with the parameter records in it, and copies it to the drive that
-//! the Pico shows while its BOOTSEL button is held at power-on. No probe and no other program is needed.
+//! The image for the Raspberry Pi Pico as a UF2 file, with the parameter records in it. `cargo xtask flash --board pico` writes it to the drive that
+//! the Pico shows while its BOOTSEL button is held at power-on; `cargo xtask pico` only makes it. No probe and no other program is needed.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -8,12 +8,13 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::board::Drive;
+use crate::bootsel;
 use crate::image::{self, Part};
-use crate::missing_requirement::MissingRequirement;
 use crate::probe::{SECTOR_BYTES, Sector};
 use crate::progress::{self, Build};
 use crate::record;
 use crate::setup::Need;
+use crate::shell;
 use crate::toolchain::SMALLEST_TARGET;
 use crate::uf2;
 use crate::workspace::Workspace;
@@ -23,59 +24,77 @@ const GENERATOR_SECTOR: u32 = 0x1010_0000;
 const SENSORS_SECTOR: u32 = 0x1010_4000;
 const ROBOT_SECTOR: u32 = 0x1010_8000;
 
-/// What the drive of the boot loader has, and no other drive.
-const INFO_FILE: &str = "INFO_UF2.TXT";
+/// The emulator: a script of ours, and its packages by name and version.
+pub(crate) const EMULATOR: &str = "firmware-rp2040/emulator";
+
+/// Name of the board for `footfall pack`.
+const BOARD: &str = "pico";
 
 /// Options of `cargo xtask pico`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub(crate) struct Options {
-    /// Put a generator's parameters into the image; a follower is refused by the board [default: erase them; the board runs the built-in walk]
+    /// Put a generator's parameters into the image; a follower is refused [default: erase them; the board runs the built-in walk]
     #[arg(long, value_name = "TOML")]
-    generator: Option<PathBuf>,
+    pub(crate) generator: Option<PathBuf>,
     /// Put the sensors into the image: for each its joint and its calibration, from channel 1 on, up to three [default: erase them; the
     /// board has one sensor with the published curve]
     #[arg(long, value_name = "JOINT[=TOML]")]
-    sensor: Vec<String>,
+    pub(crate) sensor: Vec<String>,
     /// Put the robot into the image: servos, limits, park pose [default: the default robot]
     #[arg(long, value_name = "TOML")]
-    robot: Option<PathBuf>,
+    pub(crate) robot: Option<PathBuf>,
     /// Leave the records on the board that no option names as they are, whoever's they are
     #[arg(long)]
-    keep: bool,
+    pub(crate) keep: bool,
     /// Shadow mode: run everything, drive nothing
     #[arg(long)]
-    shadow: bool,
-    /// Copy the file to the Pico: the folder of its drive RPI-RP2
-    #[arg(long, value_name = "FOLDER")]
-    copy: Option<PathBuf>,
+    pub(crate) shadow: bool,
 }
 
-/// Builds the file, prints where it is, and copies it if asked to.
+/// Builds the file and prints where it is.
 pub(crate) fn pico(options: &Options) -> Result<ExitCode> {
+    println!("{}", file(options)?.display());
+    eprintln!(
+        "next: hold BOOTSEL while you plug the Pico in, then copy this file to its drive RPI-RP2; `cargo xtask flash --board pico` does both"
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Builds the file and writes it to the drive of a Pico, which is looked for first: without one a build is useless.
+pub(crate) fn flash(options: &Options, named: Option<&Path>) -> Result<ExitCode> {
+    let named = named.map(|folder| std::path::absolute(folder).unwrap_or_else(|_| folder.into()));
+    let drive = match &named {
+        Some(folder) => bootsel::named(folder),
+        None => bootsel::only(&bootsel::mounted()),
+    }?;
+    let file = file(options)?;
+    bootsel::write(&read(&file)?, &drive)?;
+    eprintln!("written to {}: the Pico restarts with it", drive.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Builds the UF2 file.
+fn file(options: &Options) -> Result<PathBuf> {
     let mut workspace = Workspace::open()?;
-    let drive = options.copy.as_ref().map(|folder| workspace.started_in.join(folder));
-    if let Some(folder) = &drive {
-        require_drive(folder)?;
-    }
     ensure!(options.sensor.len() <= 3, "{} sensors; the Pico has inputs for 3", options.sensor.len());
     workspace.set_up(&[Need::BoardCompiler])?;
+    // First what may be refused.
+    let records = records(&workspace, options)?;
     let elf = build(&workspace, Drive::unless(options.shadow))?;
     let mut parts = program(&elf)?;
-    parts.extend(records(&workspace, options)?);
+    parts.extend(records);
     let file = elf.with_extension("uf2");
     write(&file, &uf2::blocks(&parts))?;
-    println!("{}", file.display());
-    match drive {
-        Some(folder) => {
-            let to = folder.join("footfall.uf2");
-            std::fs::copy(&file, &to).with_context(|| format!("copying the image to {}", to.display()))?;
-            eprintln!("copied to {}: the Pico restarts with it", to.display());
-        }
-        None => eprintln!(
-            "next: hold BOOTSEL while you plug the Pico in, then copy this file to its drive RPI-RP2, or give --copy FOLDER"
-        ),
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(file)
+}
+
+/// Installs the packages of the emulator.
+pub(crate) fn install_emulator() -> Result<()> {
+    let mut install = shell::command("npm");
+    install.args(["ci", "--no-audit", "--no-fund"]).current_dir(EMULATOR);
+    shell::must_succeed(&mut install, "npm ci")?;
+    ensure!(Path::new(EMULATOR).join("node_modules").is_dir(), "npm ci installed nothing in {EMULATOR}");
+    Ok(())
 }
 
 /// Builds the program, checks it, and copies its ELF file under a name of its own.
@@ -107,10 +126,7 @@ pub(crate) fn build(workspace: &Workspace, drive: Drive) -> Result<PathBuf> {
 /// The UF2 file of an image with the default robot and nothing else, for the tests.
 pub(crate) fn with_default_robot(workspace: &Workspace, elf: &Path) -> Result<PathBuf> {
     let mut parts = program(elf)?;
-    parts.extend(records(
-        workspace,
-        &Options { generator: None, sensor: Vec::new(), robot: None, keep: false, shadow: false, copy: None },
-    )?);
+    parts.extend(records(workspace, &Options::default())?);
     let file = elf.with_extension("uf2");
     write(&file, &uf2::blocks(&parts))?;
     Ok(file)
@@ -123,17 +139,25 @@ fn program(elf: &Path) -> Result<Vec<Part>> {
 
 /// The sectors of the records. A sector without an option is erased, so that nothing of an earlier person stays on a board, unless it is asked for.
 fn records(workspace: &Workspace, options: &Options) -> Result<Vec<Part>> {
-    let generator = options.generator.as_ref().map(|file| vec![file.into()]);
-    let sensors: Vec<OsString> = options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
+    // `pack` refuses what this board refuses: a follower, and some calibrations.
+    let for_board = || ["--board".into(), BOARD.into()];
+    let generator = options
+        .generator
+        .as_ref()
+        .map(|file| std::iter::once(file.into()).chain(for_board()).collect::<Vec<OsString>>());
+    let sensors = options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]);
+    let sensors: Option<Vec<OsString>> = (!options.sensor.is_empty()).then(|| sensors.chain(for_board()).collect());
     let robot = options.robot.as_ref().map(|file| vec!["--robot".into(), file.into()]);
     let mut parts = Vec::new();
     for (sector, address, given) in [
         (Sector::Generator, GENERATOR_SECTOR, generator),
-        (Sector::Sensors, SENSORS_SECTOR, (!sensors.is_empty()).then_some(sensors)),
+        (Sector::Sensors, SENSORS_SECTOR, sensors),
         (Sector::Robot, ROBOT_SECTOR, robot),
     ] {
         let name = sector.name();
-        let file = workspace.target_dir.join("images").join(format!("pico-{name}.bin"));
+        let images = workspace.target_dir.join("images");
+        std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
+        let file = images.join(format!("pico-{name}.bin"));
         let mut bytes = match given {
             Some(arguments) => {
                 record::pack(workspace, &arguments, &file)?;
@@ -160,18 +184,6 @@ fn records(workspace: &Workspace, options: &Options) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
-fn require_drive(folder: &Path) -> Result<()> {
-    if folder.join(INFO_FILE).is_file() {
-        return Ok(());
-    }
-    Err(MissingRequirement(format!(
-        "{} is not the drive of a Pico's boot loader: it has no {INFO_FILE}. Hold BOOTSEL while you plug the Pico in, and name the \
-         folder of the drive RPI-RP2",
-        folder.display()
-    ))
-    .into())
-}
-
 fn read(file: &Path) -> Result<Vec<u8>> {
     std::fs::read(file).with_context(|| format!("reading {}", file.display()))
 }
@@ -183,17 +195,6 @@ fn write(file: &Path, bytes: &[u8]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn only_the_drive_of_a_boot_loader_is_written() {
-        let folder = std::env::temp_dir().join(format!("footfall-pico-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let words = require_drive(&folder).unwrap_err().to_string();
-        assert!(words.contains("BOOTSEL") && words.contains(INFO_FILE), "{words}");
-        std::fs::write(folder.join(INFO_FILE), "UF2 Bootloader v3.0\n").unwrap();
-        require_drive(&folder).unwrap();
-        std::fs::remove_dir_all(&folder).unwrap();
-    }
 
     /// The board's table is the truth.
     #[test]

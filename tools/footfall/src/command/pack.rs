@@ -38,7 +38,7 @@ pub struct Options {
     /// The record to write
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// The board that is to take the sensors
+    /// The board that is to take the record
     #[command(flatten)]
     pub board: BoardSupply,
     /// Whether files may be replaced
@@ -68,7 +68,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         messages::written(out);
         Ok(())
     };
-    if options.sensor.is_empty() {
+    if options.robot.is_some() {
         options.board.check_unused()?;
     }
     let missing = || Failure::input("--out is missing; name the file to write");
@@ -95,6 +95,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();
+    options.board.check_generator(params, &config)?;
     let Some(path) = &options.out else {
         return output::print(&constant(&config, &file.provenance.source));
     };
