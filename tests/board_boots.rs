@@ -34,6 +34,7 @@ const CAUSES: [(&str, Reset); 7] = [
 fn main() -> ExitCode {
     test_suite::run(tests![
         no_boot_moves_a_pin_and_each_says_why(Image),
+        a_hold_through_a_boot_arms_nothing(Image),
         a_boot_with_a_gesture_arms(Image),
         a_long_row_of_crashes_stays_locked_until_a_person_acts(Image),
         a_supply_that_drops_again_and_again_moves_no_pin_by_itself(Image),
@@ -201,6 +202,42 @@ fn no_boot_moves_a_pin_and_each_says_why() {
         assert!(of_it.next().is_none(), "{name}: once");
     }
     report!("{} of {} boots: no edge at a servo pin, each with its cause in the log", chosen.len(), all.len());
+}
+
+/// The button is held from before the reset on, for 0.3 to 1.5 s from the boot: its release is that of a hold which would arm. The board has not seen the
+/// press; the emergency stop is not tested, tested before the boot, or tested during the hold.
+fn a_hold_through_a_boot_arms_nothing() {
+    const TESTS: [(&str, &str); 3] = [
+        ("not tested", ""),
+        ("tested before", "emergency_stop = [{ at_s = 0.002, hold_s = 0.025 }]\n"),
+        ("tested in the hold", "emergency_stop = [{ at_s = 0.08, hold_s = 0.05 }]\n"),
+    ];
+    let mut text = head();
+    let mut count = 0;
+    for (cause, _) in CAUSES {
+        for hold_s in [0.35, 0.7, 1.1, 1.45] {
+            for (test, stop) in TESTS {
+                let _ = write!(
+                    text,
+                    "[[sequence]]\nname = \"{cause}, {hold_s} s, {test}\"\nstate = \"no crash\"\nlasts_s = {}\n\
+                     press = [{{ at_s = 0.001, hold_s = {} }}]\n{stop}\
+                     inject = [{{ at_s = 0.04, what = {{ reset = \"{cause}\" }} }}]\n",
+                    hold_s + 0.2,
+                    hold_s + 0.04,
+                );
+                count += 1;
+            }
+        }
+    }
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), text).expect("written");
+    let outcome = campaign::run(file.path(), "crashes", &[]);
+    assert_eq!((outcome.code, outcome.cases.len()), (Some(0), count), "{}", outcome.said);
+    for result in &outcome.cases {
+        assert_eq!((&result["good"], &result["edges"]), (&Value::Bool(true), &Value::from(0)), "{result}");
+        assert_eq!(result["resets"].as_array().map(Vec::len), Some(1), "{result}");
+    }
+    report!("{count} boots with the button held through them: no edge at a servo pin");
 }
 
 /// What the test above looks for is there when it has to come.

@@ -10,12 +10,13 @@ use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST, walk_options};
 use footfall_tests::people::Person;
 use footfall_tests::recordings::{default_trace, default_volts};
+use hgod_adc::Validity;
 use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::store::generator_record::record_of;
 use joint_loop::{Cause, Frame, GeneratorConfig, RecordName, SENSORS, SupervisorState};
 use joint_units::Joint;
 use test_suite::{report, tests};
-use wire::Subject;
+use wire::{Conditions, Reset, Subject};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -23,8 +24,14 @@ fn main() -> ExitCode {
         a_low_supply_switches_the_outputs_off(Image),
         a_follower_does_not_walk_on_without_supply(Image),
         a_ripple_of_the_supply_stops_the_walk(Image),
+        short_dips_are_counted_and_stop_a_walk_when_they_go_on(Image),
+        without_a_sensor_the_supply_is_watched_too(NoSensorImage),
+        ticks_that_end_late_stop_the_walk(Image),
+        four_ticks_of_ten_lost_are_no_liveness(Image),
+        a_contact_that_is_open_half_the_time_is_in_the_log(Image),
         a_changed_register_is_a_fault(Image),
         without_a_brown_out_reset_the_board_does_not_arm(Image),
+        a_low_level_of_the_brown_out_reset_refuses_arming(Image),
         another_crystal_keeps_the_board_off(Image),
         a_state_of_some_milliseconds_is_in_the_log(Image),
     ])
@@ -49,13 +56,18 @@ fn volts(folder: &Path, secs: f64, supply: &Supply) -> OsString {
 
 /// A run with this supply, armed at 0.3 s, with a generator in its sector, and what the host's loop did.
 fn run(generator: &GeneratorConfig, secs: f64, supply: &Supply) -> (Ran, Vec<Frame<SENSORS>>) {
+    run_on(&Board::find(), generator, secs, supply)
+}
+
+/// The same on another image.
+fn run_on(board: &Board, generator: &GeneratorConfig, secs: f64, supply: &Supply) -> (Ran, Vec<Frame<SENSORS>>) {
     let folder = tempfile::tempdir().expect("a folder");
     let sector = folder.path().join("generator.bin");
     std::fs::write(&sector, record_of(generator, &RecordName::BUILT_IN).bytes()).expect("written");
     let mut options: Vec<OsString> = ["--press", ARM, "--secs"].map(Into::into).to_vec();
     options.extend([secs.to_string().into(), "--volts".into(), volts(folder.path(), secs, supply)]);
     options.extend(["--flash".into(), format!("{:#010x}={}", GENERATOR_SECTOR, sector.display()).into()]);
-    let ran = Board::find().run_with(generator, options);
+    let ran = board.run_with(generator, options);
     assert_eq!((ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (0, 0, 1), "{:?}", ran.end.lints);
     assert_eq!((ran.books.different, ran.books.lost_lines), (0, 0), "{:?}", ran.books.differences);
     let frames = ran.boots[0].watch(generator, BoardLoop::frame);
@@ -128,6 +140,144 @@ fn a_ripple_of_the_supply_stops_the_walk() {
     assert_eq!(frames.last().expect("frames").state, SupervisorState::Disarmed);
 }
 
+/// The last counts of the log, and whether the host's loop has the same at that tick.
+fn counted(ran: &Ran) -> Conditions {
+    let boot = &ran.boots[0];
+    let host = boot.watch(&GeneratorConfig::default_walk(), |joints| Conditions::of(&joints.conditions(), 1));
+    let last = boot.conditions.last().expect("a record a second");
+    assert!(boot.conditions.iter().all(|one| host.contains(one)), "{last:?}");
+    *last
+}
+
+/// Dips of 30 ms. One in 1.1 s is tolerated, and each is in the record and in the log; two a second stop the walk.
+fn short_dips_are_counted_and_stop_a_walk_when_they_go_on() {
+    let dips =
+        |every_ms: u32| move |time: f64| if time > 2.9 && (time * 1e3) as u32 % every_ms < 30 { 2.6 } else { 3.0 };
+    let (ran, frames) = run(&GeneratorConfig::default_walk(), 16.2, &dips(1_100));
+    assert_eq!(frames.last().expect("frames").state, SupervisorState::Walking);
+    // At 3.3 s, 4.4 s, ..., 15.4 s.
+    assert_eq!(counted(&ran).supply_dips, 12);
+    let lines = ran.boots[0].log.iter().filter(|line| line.contains("the supply fell below its minimum 1 times"));
+    assert_eq!(lines.count(), 12, "{:?}", ran.boots[0].log);
+    let (ran, frames) = run(&GeneratorConfig::default_walk(), 10.0, &dips(500));
+    let (tick, state, cause) = ended(&frames);
+    report!("dips of 30 ms every 500 ms from 3 s on: {} {} in tick {tick}", state.name(), cause.name());
+    assert_eq!((state, cause), (SupervisorState::Stopping, Cause::Supply));
+    // The eleventh of them.
+    assert!((7_980..8_010).contains(&tick), "{tick}");
+    assert!(counted(&ran).supply_dips >= 11);
+}
+
+/// The image with the feature `no-sensor` walks without one, and not without supply.
+fn without_a_sensor_the_supply_is_watched_too() {
+    let board = Board::no_sensor();
+    let walk = GeneratorConfig::default_walk();
+    for low in [2.6, 2.0, 0.3] {
+        let (ran, frames) = run_on(&board, &walk, 4.0, &move |time| if time < 3.0 { 3.0 } else { low });
+        assert!(ran.boots[0].boot.as_ref().is_some_and(|boot| !boot.sensor_required));
+        let (_, state, cause) = ended(&frames);
+        assert_eq!((state, cause), (SupervisorState::Fault, Cause::Supply), "{low} V");
+        let last = ran.pulses.last().expect("pulses").0;
+        assert!(last <= 3.050, "{low} V: a pulse at {last} s");
+    }
+    let hum = |time: f64| 3.0 + 0.4 * (time * 50.0 * std::f64::consts::TAU).sin();
+    let (_, frames) = run_on(&board, &walk, 5.0, &move |time| if time < 3.0 { 3.0 } else { hum(time) });
+    let (tick, state, cause) = ended(&frames);
+    assert_eq!((state, cause), (SupervisorState::Stopping, Cause::Supply));
+    assert!((3_980..4_060).contains(&tick), "{tick}");
+}
+
+/// A walk with a script.
+fn scripted(secs: f64, script: &str) -> Ran {
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), script).expect("written");
+    Board::find().run(walk_options(secs, &["--script", file.path().to_str().expect("text")]))
+}
+
+/// Every tenth tick begins in time; 10 us after it has begun the processor is slow, for less than the rest of the period, and the tick ends late.
+fn ticks_that_end_late_stop_the_walk() {
+    let ran = scripted(
+        4.5,
+        "[[event]]\ncall = \"control_step\"\ncount = 3000\nafter_ms = 0.01\nevery_ms = 10\ntimes = 100\ninject = { slow = 60.0 }\nfor_ms = 0.7\n",
+    );
+    let boot = &ran.boots[0];
+    let frames = boot.watch(&GeneratorConfig::default_walk(), BoardLoop::frame);
+    let (tick, state, cause) = ended(&frames);
+    assert_eq!((state, cause), (SupervisorState::Stopping, Cause::Late));
+    let began = boot.calls.iter().find(|(_, call)| call.flags.late()).expect("a late tick").0;
+    report!("the end of every tenth tick is late from tick {began} on: {} in tick {tick}", cause.name());
+    // The sixth of a hundred.
+    assert_eq!(tick, began + 50);
+    let worst = boot.costs.iter().map(|cost| cost.latest_start_us).max();
+    assert!(worst < Some(100), "no tick began late: {worst:?} us");
+    assert_eq!(frames.last().expect("frames").missed, 0);
+}
+
+/// Of every 5 ms the trigger of the ticks stands for 2. The loop stops the motion, and the watchdog is not fed: the board resets, and says which task it was.
+fn four_ticks_of_ten_lost_are_no_liveness() {
+    for (from_s, state) in [(0.3, SupervisorState::Disarmed), (3.0, SupervisorState::Walking)] {
+        let ran = scripted(
+            from_s + 0.6,
+            // TIM2_CR1, which has CEN alone.
+            &[(from_s, 0), (from_s + 0.002, 1)]
+                .map(|(at_s, value)| {
+                    format!(
+                        "[[event]]\nat_s = {at_s}\nevery_ms = 5\ntimes = 23\n\
+                         inject = {{ write = {{ address = 0x40000000, value = {value} }} }}\n"
+                    )
+                })
+                .concat(),
+        );
+        let [first, second, ..] = &ran.boots[..] else { panic!("{state:?}: no reset") };
+        let before = first.ticks.iter().rfind(|frame| f64::from(frame.tick) * 1e-3 < from_s - 0.02).expect("frames");
+        assert_eq!(before.state, state);
+        let took_ms = (second.t_s - from_s) * 1e3;
+        report!("40 % of the ticks lost, {}: reset after {took_ms:.1} ms", state.name());
+        // A tenth of the span of 100 ms that had begun before, or of the next one.
+        assert!((20.0..120.0).contains(&took_ms), "{took_ms} ms");
+        assert_eq!(second.boot.as_ref().map(|boot| boot.reset), Some(Reset::Software));
+        assert!(second.log.iter().any(|line| line.contains("last run ended by stalled task")), "{:?}", second.log);
+    }
+}
+
+/// At rest, a contact that is open for 245 ms of every 500: each line for people, two a second, meets it closed. One more line a second says how often the
+/// validity changed and how long it was not good, however often that was, and the record has the counts of the host's loop.
+fn a_contact_that_is_open_half_the_time_is_in_the_log() {
+    const SECS: u32 = 8;
+    let folder = tempfile::tempdir().expect("a folder");
+    let knee = default_volts();
+    let mut text = String::from("time_s,PA1\n");
+    for ms in 0..SECS * 1_000 {
+        let time = f64::from(ms) * 1e-3;
+        let volts = knee.at(&knee.channels()[0], time % knee.duration_s());
+        text += &format!("{time:.3},{:.6}\n", if (100..345).contains(&(ms % 500)) { 0.0 } else { volts });
+    }
+    let file = folder.path().join("volts.csv");
+    std::fs::write(&file, text).expect("written");
+    let mut options: Vec<OsString> = ["--secs", &SECS.to_string(), "--volts"].map(Into::into).to_vec();
+    options.push(file.into());
+    let ran = Board::find().run(options);
+    let boot = &ran.boots[0];
+    let lines: Vec<&String> = boot.log.iter().filter(|line| line.starts_with("disarmed: sensor")).collect();
+    assert!(lines.len() > 12 && lines.iter().all(|line| line.contains(" deg good,")), "{lines:?}");
+    let last = counted(&ran);
+    let before = boot.conditions.iter().rfind(|one| one.tick + 1_000 <= last.tick).expect("a second before");
+    let [Some(now), Some(then)] = [last, *before].map(|one| one.sensors[0]) else { panic!("one sensor") };
+    let second = now.counts().since(&then.counts());
+    let (not_good_ms, most) = second.not_good();
+    report!(
+        "{} lines say good; in a second {} changes, {not_good_ms} ms not good, most {most}",
+        lines.len(),
+        second.changes
+    );
+    // 490 ms, and the time in which the sensor is accepted again.
+    assert!((490..=540).contains(&not_good_ms) && most == Validity::Open, "{second:?}");
+    assert!((4..=20).contains(&second.changes), "{second:?}");
+    let words = boot.log.iter().filter(|line| line.contains("its validity changed")).count() as u32;
+    assert!((SECS - 2..=SECS).contains(&words), "{:?}", boot.log);
+    assert_eq!(boot.costs.last().expect("a second").dropped, 0);
+}
+
 /// A register of everything that shapes a pulse changes between two ticks: a fault in one of the next two, and no further pulse. (A compare register that
 /// changes in a tick, after the comparison, is written by that tick before a pulse has it.)
 fn a_changed_register_is_a_fault() {
@@ -148,6 +298,7 @@ fn a_changed_register_is_a_fault() {
         ("GPIOE AFRH: other functions", "0x40021024=0"),
         ("GPIOC MODER: the servo-rail enable is an input", "0x40020800=0xC"),
         ("GPIOB AFRH: no break input", "0x40020424=0"),
+        ("GPIOB PUPDR: no pull-down at the emergency stop", "0x4002040C=0"),
         ("RCC CFGR: half the clock of TIM1", "0x40023808=0xB40A"),
         ("FLASH ACR: no caches", "0x40023C00=5"),
     ] {
@@ -174,6 +325,19 @@ fn without_a_brown_out_reset_the_board_does_not_arm() {
     let [refused] = boot.refused.as_slice() else { panic!("{:?}", boot.refused) };
     assert_eq!(refused.subject, Subject::Arming);
     assert!(refused.reason.contains("brown-out reset is off") && refused.reason.contains("cargo xtask flash"));
+}
+
+/// Both levels below the one that `cargo xtask flash` sets let the chip run where its flash is too slow.
+fn a_low_level_of_the_brown_out_reset_refuses_arming() {
+    for (level, volts) in [("1", "2.1 V"), ("2", "2.4 V")] {
+        let ran = Board::find().run(walk_options(2.0, &["--brown-out-level", level]));
+        assert!(ran.pulses.is_empty(), "level {level}");
+        let [refused] = &ran.boots[0].refused[..] else { panic!("{:?}", ran.boots[0].refused) };
+        let words = format!("the brown-out reset is at level {level}, {volts} in the option bytes; allowed is level 3");
+        assert!(refused.subject == Subject::Arming && refused.reason.starts_with(&words), "{}", refused.reason);
+    }
+    let ran = Board::find().run(walk_options(2.0, &["--brown-out-level", "3"]));
+    assert!(!ran.pulses.is_empty());
 }
 
 /// The emergency stop closes some milliseconds after the press is accepted: the state `arming` lasts for a few ticks, between two frames of the log.

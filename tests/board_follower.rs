@@ -1,6 +1,7 @@
 //! The whole chain on the virtual board with a follower: a recorded hip as volts, converted, measured, locked to, and four
 //! joints that follow; and what happens when the wire breaks. The same core on the host gives the same bits.
 
+use cpg_core::entrainment::Lock;
 use footfall::board::feed;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{self, ARM};
@@ -10,7 +11,8 @@ use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
 use gait_trace::format::open;
 use gait_trace::{Channel, Looped, Quantity, Recording};
-use joint_loop::{BoardGenerator, Cause, Frame, GeneratorConfig, SENSORS, SupervisorState};
+use joint_loop::setup::default_loop::{BoardLoop, Parameters};
+use joint_loop::{BoardGenerator, Cause, FollowerRules, Frame, GeneratorConfig, RobotConfig, SENSORS, SupervisorState};
 use joint_units::{Joint, Radians};
 use std::process::ExitCode;
 use test_suite::{report, tests};
@@ -21,6 +23,9 @@ fn main() -> ExitCode {
         with_a_broken_wire_it_walks_two_seconds_then_stands(Image),
         a_sensor_that_was_lost_for_long_takes_a_hold_to_walk_again(Image),
         a_person_who_stands_disarms_it(Image),
+        the_robot_record_says_when_it_disarms(Image),
+        a_robot_that_may_walks_again_after_a_lost_sensor(Image),
+        a_hand_that_waves_the_sensor_does_not_move_the_joints_for_ever(Image),
         corrections_bring_the_joints_closer(Image, Traces),
     ])
 }
@@ -169,6 +174,76 @@ fn a_person_who_stands_disarms_it() {
     assert_eq!(at(&frames, 24.3), (SupervisorState::Disarmed, Cause::PersonStands));
     assert_pause(&ran, t_s + 0.4, 24.4);
     assert_eq!(at(&frames, 26.9), (SupervisorState::Walking, Cause::None));
+}
+
+/// The angles of a person who walks for so many seconds and then stands. A code that never changes would be that of a sensor that sticks.
+fn walks_then_stands(walk: &Looped, sensor: Joint, walks_s: f64, secs: f64) -> Recording {
+    let (period, channel) = (walk.recording.duration_s(), walk.recording.of_joint(sensor).expect("the hip"));
+    let angle = |ms: u32| {
+        let sway = if ms.is_multiple_of(2) { 0.1 } else { 0.0 };
+        walk.recording.at(channel, (f64::from(ms) * 1e-3).min(walks_s) % period) + sway
+    };
+    chain::volts(&(0..(secs * 1e3) as u32).map(angle).collect::<Vec<_>>())
+}
+
+/// The follower on a robot with these rules.
+fn ruled(sensor: Joint, follower: FollowerRules) -> Parameters {
+    let robot = RobotConfig { follower, ..RobotConfig::default_biped() };
+    Parameters::with_defaults(Some(self::follower(sensor)), None, robot).expect("the defaults")
+}
+
+/// 3 s in place of 10.
+fn the_robot_record_says_when_it_disarms() {
+    let (board, walk, sensor) = (Board::find(), walk(), Joint::LeftHip);
+    let parameters = ruled(sensor, FollowerRules { disarm_after_stand_s: 3.0, ..FollowerRules::DEFAULT });
+    let ran = chain::run_as(&board, &parameters, &walks_then_stands(&walk, sensor, 6.0, 12.0), 12.0, &[ARM]);
+    let frames = ran.boots[0].watch_as(&parameters, BoardLoop::frame);
+    let disarmed = frames.iter().find(|frame| frame.state == SupervisorState::Stopping).expect("it stops");
+    let t_s = f64::from(disarmed.tick) * 1e-3;
+    report!("stands from 6 s on, disarmed at {t_s:.2} s");
+    assert!((9.0..11.5).contains(&t_s) && disarmed.cause == Cause::PersonStands, "{t_s} s, {:?}", disarmed.cause);
+}
+
+/// The wire is broken for 7 s, and the record says that this is no end: it stands with the outputs on, and walks again by itself. Lost for good it is
+/// disarmed by the time of the stand.
+fn a_robot_that_may_walks_again_after_a_lost_sensor() {
+    let (board, walk, sensor) = (Board::find(), walk(), Joint::LeftHip);
+    let parameters = ruled(sensor, FollowerRules { walks_again_after_lost_sensor: true, ..FollowerRules::DEFAULT });
+    let ran = chain::run_as(&board, &parameters, &volts(&walk, sensor, 19.0, (6.0, 13.0)), 19.0, &[ARM]);
+    let frames = ran.boots[0].watch_as(&parameters, BoardLoop::frame);
+    assert!(frames[2_500..].iter().all(|frame| frame.state == SupervisorState::Walking));
+    let last = frames.last().and_then(|frame| frame.following).expect("a follower");
+    assert_eq!(last.state, Lock::Locked);
+    let ran = chain::run_as(&board, &parameters, &volts(&walk, sensor, 20.0, (6.0, 20.0)), 20.0, &[ARM]);
+    let frames = ran.boots[0].watch_as(&parameters, BoardLoop::frame);
+    let disarmed = frames.iter().find(|frame| frame.state == SupervisorState::Stopping).expect("it stops");
+    let t_s = f64::from(disarmed.tick) * 1e-3;
+    report!("a sensor that is lost for good from 6 s on: disarmed at {t_s:.2} s");
+    assert!((18.0..18.6).contains(&t_s) && disarmed.cause == Cause::PersonStands, "{t_s} s, {:?}", disarmed.cause);
+}
+
+/// A hand waves the knee's sensor once a second: the follower locks to it for a stride or two, over and over, and the joints move in bursts. Within half a
+/// minute the board disarms.
+fn a_hand_that_waves_the_sensor_does_not_move_the_joints_for_ever() {
+    let (board, sensor) = (Board::find(), Joint::LeftKnee);
+    let config = follower(sensor);
+    for size_deg in [20.0, 30.0] {
+        let wave = |ms: u32| 25.0 + size_deg * (f64::from(ms) * 1e-3 * std::f64::consts::TAU).sin();
+        let feed = chain::volts(&(0..40_000).map(wave).collect::<Vec<_>>());
+        let ran = chain::run(&board, &config, &feed, 40.0, &[ARM]);
+        let frames = ran.boots[0].replay(&config);
+        let locks = frames.windows(2).filter(|two| {
+            let [before, now] = [0, 1].map(|n| two[n].following.map(|status| status.state));
+            before != now && now == Some(Lock::Locked)
+        });
+        let locks = locks.count();
+        let disarmed = frames.iter().find(|frame| frame.state == SupervisorState::Stopping).expect("it stops");
+        let t_s = f64::from(disarmed.tick) * 1e-3;
+        report!("a wave of {size_deg} degrees once a second: {locks} locks in 40 s, disarmed at {t_s:.1} s");
+        assert!(locks > 3, "it was meant to lock now and then");
+        assert!(t_s < 30.0 && disarmed.cause == Cause::PersonStands, "{t_s} s, {:?}", disarmed.cause);
+        assert_eq!(frames.last().expect("frames").state, SupervisorState::Disarmed);
+    }
 }
 
 fn with_a_broken_wire_it_walks_two_seconds_then_stands() {

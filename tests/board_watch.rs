@@ -14,6 +14,8 @@ fn main() -> ExitCode {
         an_event_that_does_not_come_fails_the_run(Image),
         a_sensor_that_the_board_refuses_fails_the_run(Image),
         the_sensor_of_the_sample_rows_walks(Image),
+        a_board_that_nobody_arms_is_called_dark(Image),
+        who_holds_the_button_is_said(Image),
         the_last_object_of_the_page_is_that_of_today(Image),
     ])
 }
@@ -144,4 +146,43 @@ fn the_last_object_of_the_page_is_that_of_today() {
         }
     }
     assert!(shown.len() > 10, "{shown:?}");
+}
+
+/// The lines for people of a run.
+fn said(options: &[&str]) -> String {
+    let mut watch = Command::new(path("FOOTFALL_BIN"));
+    watch.arg("watch").arg("--elf").arg(path("FOOTFALL_ELF"));
+    watch.arg("--virtual-board").arg(path("FOOTFALL_VIRTUAL_BOARD")).args(options);
+    let output = watch.stdin(Stdio::null()).output().expect("the program starts");
+    String::from_utf8(output.stdout).expect("text") + &String::from_utf8_lossy(&output.stderr)
+}
+
+/// Never armed, refused because the emergency stop was not tested, and off by the stop before the first pulse: the summary says that no output was on, and
+/// why; of a walk it says nothing of the kind.
+fn a_board_that_nobody_arms_is_called_dark() {
+    const DARK: &str = "outputs never on: ";
+    for (options, why) in [
+        (&["--secs", "1", "--press", "none"][..], "the board was never armed; no hold of the button counted"),
+        (
+            &["--secs", "1.5", "--", "--emergency-stop", "1.4"],
+            "the last hold of the button was refused, cause stop_untested",
+        ),
+    ] {
+        let text = said(options);
+        assert!(text.contains(DARK) && text.contains(why), "{options:?}: {text}");
+    }
+    let text = said(&["--secs", "2"]);
+    assert!(!text.contains(DARK), "{text}");
+}
+
+fn who_holds_the_button_is_said() {
+    for (options, words) in [
+        (&["--secs", "1"][..], "button: held from 0.1 to 0.6 s, and its release arms the board"),
+        (&["--secs", "1", "--press", "none"], "button: not held; without a hold of it the board does not arm"),
+        (&["--secs", "6", "--disarm"], "and its release arms the board, pressed at 4.3 s"),
+        (&["--secs", "1", "--press", "none", "--", "--press", "0.3"], "button: only as the options after `--` say"),
+    ] {
+        let text = said(options);
+        assert!(text.contains(words), "{options:?}: {text}");
+    }
 }

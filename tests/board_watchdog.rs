@@ -20,6 +20,8 @@ fn main() -> ExitCode {
         a_debugger_is_recorded_and_reported(Image),
         a_halted_core_leaves_no_pulses(Image),
         a_debugger_that_stops_the_watchdog_is_overruled(Image),
+        a_debugger_that_stops_the_watchdog_last_repeats_the_last_pulses(Image),
+        a_build_that_refuses_a_debugger_does_not_arm(NoSensorImage),
     ])
 }
 
@@ -157,4 +159,36 @@ fn a_debugger_that_stops_the_watchdog_is_overruled() {
     let ran = Board::find().run(walk_options(3.0, &more));
     let reset = assert_reset_in_time(&ran, at);
     report!("freeze bits set, then halted: reset after {reset} us");
+}
+
+/// The same bits 0.1 ms before the halt, too late for the program to clear them. With the watchdog's alone there is no reset: the timer repeats the last
+/// pulses, each inside its range, for as long as the core is halted (here to the end of the run). With that of TIM1 too the pulses stop, and a line that is
+/// high stays high.
+fn a_debugger_that_stops_the_watchdog_last_repeats_the_last_pulses() {
+    let watchdog = ["--register", "0xE0042008=0x00001000@2.5199", "--halt", "2.52"];
+    let ran = Board::find().run(walk_options(4.0, &watchdog));
+    assert_replayed(&ran);
+    assert_eq!(ran.boots.len(), 1, "{:?}", ran.end.resets);
+    let after: Vec<_> = ran.pulses.iter().filter(|(t_s, _)| *t_s > 2.56).collect();
+    report!("watchdog frozen, core halted for {} s: {} frames with the last pulses", 4.0 - 2.52, after.len());
+    assert!((70..=74).contains(&after.len()), "{}", after.len());
+    let first = after[0].1;
+    assert!(first.iter().all(Option::is_some) && after.iter().all(|(_, us)| *us == first), "{first:?}");
+}
+
+/// The image with the feature `no-debugger`: attached, no hold arms, and the cause says why; without one it walks.
+fn a_build_that_refuses_a_debugger_does_not_arm() {
+    let board = Board::no_sensor();
+    let ran = board.run(walk_options(2.0, &["--debugger"]));
+    assert_replayed(&ran);
+    let boot = &ran.boots[0];
+    assert!(ran.pulses.is_empty(), "{} frames with pulses", ran.pulses.len());
+    assert!(boot.calls.iter().all(|(_, call)| call.flags.debugger() == Debugger::Refused));
+    let refused = boot.changes.last().expect("a change");
+    assert_eq!((refused.state, refused.cause), (SupervisorState::Disarmed, Cause::Debugger));
+    assert!(boot.log.iter().any(|line| line == "disarmed, cause debugger"), "{:?}", boot.log);
+    // Without one the same image walks.
+    let ran = board.run(walk_options(3.0, &[]));
+    ran.assert_sound();
+    assert_eq!(ran.boots[0].ticks.last().expect("frames").state, SupervisorState::Walking);
 }

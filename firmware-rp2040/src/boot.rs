@@ -9,7 +9,7 @@ use firmware_rp2040::board::{BOARD, NO_FOLLOWER};
 use heapless::spsc::Queue;
 use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
 use joint_loop::tuning::{Answer, Request, Settings};
-use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
+use joint_loop::{Cause, Conditions, Frame, SENSORS, Sample, SupervisorState};
 use joint_units::{PulseMicros, Volts};
 use static_cell::{ConstStaticCell, StaticCell};
 use wire::{Boot, Change, Edge, Inputs, Record, Subject};
@@ -22,7 +22,8 @@ use crate::sampling::REFERENCE;
 use crate::serial::{self, REQUESTS_QUEUED};
 use crate::servo_pwm::{self, Outputs};
 use crate::tasks::control::{
-    self, CHANGES_QUEUED, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME,
+    self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED,
+    TICKS_A_FRAME,
 };
 use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
 use crate::tasks::watchdog as reloading;
@@ -50,6 +51,7 @@ struct Queues {
     requests: Queue<Request, REQUESTS_QUEUED>,
     answers: Queue<Answer, REQUESTS_QUEUED>,
     settings: Queue<(u32, Settings), REQUESTS_QUEUED>,
+    conditions: Queue<Conditions<SENSORS>, CONDITIONS_QUEUED>,
 }
 
 static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
@@ -65,6 +67,7 @@ static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
     requests: Queue::new(),
     answers: Queue::new(),
     settings: Queue::new(),
+    conditions: Queue::new(),
 });
 
 #[cortex_m_rt::entry]
@@ -105,6 +108,8 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     let (requests_in, requests_out) = queues.requests.split();
     let (answers_in, answers_out) = queues.answers.split();
     let (settings_in, settings_out) = queues.settings.split();
+    let (conditions_in, conditions_out) = queues.conditions.split();
+    let counted = joint_loop.conditions();
     let control = Control {
         joint_loop,
         outputs,
@@ -117,9 +122,10 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         requests: requests_out,
         answers: answers_in,
         settings: settings_in,
+        conditions: conditions_in,
         ticks_to_settings: 1,
         ticks_to_record: 1,
-        locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::brown_out_reset_is_off(),
+        locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::wrong_brown_out_reset().is_some(),
         pacer: Pacer::default(),
         ticks_to_frame: TICKS_A_FRAME,
         ended_late: false,
@@ -147,6 +153,8 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         records: records_out,
         answers: answers_out,
         settings: settings_out,
+        conditions: conditions_out,
+        reported: counted,
         unnamed,
         samples: samples_out,
         frames: frames_out,

@@ -20,7 +20,7 @@ pub(crate) fn is_as_started() -> bool {
     pac::CLOCKS.clk_sys_ctrl().read().src() == ClkSysCtrlSrc::CLKSRC_CLK_SYS_AUX && pac::PLL_SYS.cs().read().lock()
 }
 
-/// Whether the detector that resets the chip when the core's voltage falls is off. It does not watch the 3.3 V.
-pub(crate) fn brown_out_reset_is_off() -> bool {
-    !pac::VREG_AND_CHIP_RESET.bod().read().en()
+/// What is wrong with the detector that resets the chip when the core's voltage falls: it may be off. It does not watch the 3.3 V.
+pub(crate) fn wrong_brown_out_reset() -> Option<&'static str> {
+    (!pac::VREG_AND_CHIP_RESET.bod().read().en()).then_some("off")
 }

@@ -145,9 +145,14 @@ fn start_flash_accelerator() {
     });
 }
 
-/// Whether the brown-out reset is off in the option bytes, as delivered: the chip then runs on at any supply.
-pub(crate) fn brown_out_reset_is_off() -> bool {
-    /// BOR_LEV (RM0090 3.9.6): 0 is level 3, the highest.
-    const OFF: u8 = 3;
-    FLASH.optcr().read().bor_lev() == OFF
+/// What is wrong with the brown-out reset in the option bytes: as delivered it is off, and the chip runs on at any supply; at level 1 or 2 it runs on
+/// where its flash is too slow for this clock, below 2.7 V. `None` at level 3, whose threshold is above that.
+pub(crate) fn wrong_brown_out_reset() -> Option<&'static str> {
+    // BOR_LEV (RM0090 3.9.6).
+    match FLASH.optcr().read().bor_lev() {
+        0 => None,
+        1 => Some("at level 2, 2.4 V"),
+        2 => Some("at level 1, 2.1 V"),
+        _ => Some("off"),
+    }
 }

@@ -14,7 +14,7 @@ use heapless::String;
 use joint_units::AdcCode;
 use wire::{Boot, Record, Refused, Subject, VERSION};
 
-use crate::clocks::brown_out_reset_is_off;
+use crate::clocks::wrong_brown_out_reset;
 use crate::faults::LastRun;
 use crate::parameters::Loaded;
 use crate::variant::{SENSOR_REQUIRED, SHADOW};
@@ -54,11 +54,13 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
             ),
         );
     }
-    if brown_out_reset_is_off() {
+    if let Some(wrong) = wrong_brown_out_reset() {
         // The firmware does not write option bytes: `cargo xtask flash` does.
         refused(
             Subject::Arming,
-            "the brown-out reset is off in the option bytes; allowed is on: flash with `cargo xtask flash` and a probe, which sets it",
+            format_args!(
+                "the brown-out reset is {wrong} in the option bytes; allowed is level 3: flash with `cargo xtask flash` and a probe, which sets it"
+            ),
         );
     }
     boot
@@ -84,7 +86,9 @@ pub(crate) fn send(record: &Record) {
     }
 }
 
-pub(crate) use lines::{answered, armed_with_debugger, stalled, state, status, truncated};
+pub(crate) use lines::{
+    answered, armed_with_debugger, sensor_changed, stalled, state, status, supply_dipped, truncated,
+};
 
 /// The messages.
 #[cfg(target_os = "none")]
@@ -93,6 +97,7 @@ mod lines {
     use defmt_rtt as _;
     use firmware::liveness::Part;
     use firmware::post_mortem::Cause;
+    use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
     use wire::{Boot, Change, Frame, LastOutputs, RecordId, Refused};
 
@@ -190,6 +195,24 @@ mod lines {
         defmt::warn!("{=u32} servo pulses cut short by the break input or a clock failure", count);
     }
 
+    /// Dips of the supply in so many milliseconds.
+    pub(crate) fn supply_dipped(dips: u32, ms: u32) {
+        defmt::warn!("the supply fell below its minimum {=u32} times in {=u32} ms", dips, ms);
+    }
+
+    /// Changes of the validity of a sensor, counted from 1, in so many milliseconds.
+    pub(crate) fn sensor_changed(channel: u32, counts: &SensorCounts, ms: u32) {
+        let (not_good, most) = counts.not_good();
+        defmt::warn!(
+            "sensor {=u32}: its validity changed {=u32} times in {=u32} ms, not good for {=u32} ms of them, most of that {=str}",
+            channel,
+            counts.changes,
+            ms,
+            not_good,
+            most.name()
+        );
+    }
+
     /// A change of state.
     pub(crate) fn state(change: &Change) {
         defmt::info!("{=str}, cause {=str}", change.state.name(), change.cause.name());
@@ -245,6 +268,7 @@ mod lines {
 #[cfg(not(target_os = "none"))]
 mod lines {
     use firmware::liveness::Part;
+    use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
     use wire::{Boot, Change, Frame, LastOutputs, Refused};
 
@@ -258,6 +282,8 @@ mod lines {
     pub(super) fn refused(_refused: &Refused) {}
     pub(crate) fn stalled(_part: Part, _how: &'static str) {}
     pub(crate) fn truncated(_count: u32) {}
+    pub(crate) fn supply_dipped(_dips: u32, _ms: u32) {}
+    pub(crate) fn sensor_changed(_channel: u32, _counts: &SensorCounts, _ms: u32) {}
     pub(crate) fn answered(_answer: &Answer) {}
     pub(crate) fn state(_change: &Change) {}
     pub(crate) fn status(_frame: &Frame) {}

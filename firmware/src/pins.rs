@@ -33,6 +33,11 @@ pub(crate) trait PinRegisters: Copy {
         self.gpio().pupdr().modify(|w| w.set_pupdr(self.index(), pull));
     }
 
+    /// Whether the pin has this pull.
+    fn has_pull(self, pull: Pupdr) -> bool {
+        self.gpio().pupdr().read().pupdr(self.index()) == pull
+    }
+
     /// Whether the pin has this mode, and drives both levels where it is an output.
     fn has_mode(self, mode: Moder) -> bool {
         self.gpio().moder().read().moder(self.index()) == mode

@@ -52,6 +52,9 @@ const RELOAD: u16 = (FRAME_US - 1) as u16;
 
 const TIM1_FUNCTION: u8 = 1;
 
+/// Pull of the emergency stop, whose line a closed contact holds high.
+const STOP_PULL: Pupdr = Pupdr::PULL_DOWN;
+
 const NO_PULSES: [PulseMicros; 4] = [PulseMicros(0); 4];
 
 /// Pulses that the break cut short.
@@ -172,7 +175,7 @@ impl Outputs {
 
         // The break pin before the break is switched on, and both before the servo pins: an emergency stop that is pressed now acts from
         // the start.
-        BOARD.emergency_stop.set_pull(Pupdr::PULL_DOWN);
+        BOARD.emergency_stop.set_pull(STOP_PULL);
         BOARD.emergency_stop.set_function(TIM1_FUNCTION);
         TIM1.bdtr().write_value(dark());
         for pin in BOARD.servos {
@@ -240,8 +243,8 @@ impl Outputs {
         seen
     }
 
-    /// Whether everything that shapes a pulse is as written: the timer's registers, the widths, the functions of the pins, and the servo-rail
-    /// enable; the outputs are on exactly when they should be, and the servo frames keep their distance from the ticks.
+    /// Whether everything that shapes a pulse is as written: the timer's registers, the widths, the functions of the pins, the pull of the emergency
+    /// stop, and the servo-rail enable; the outputs are on exactly when they should be, and the servo frames keep their distance from the ticks.
     pub(crate) fn as_written(&mut self) -> bool {
         let bdtr = TIM1.bdtr().read();
         let mut off = bdtr;
@@ -262,6 +265,8 @@ impl Outputs {
         timer
             && widths
             && pins
+            // Without it an open contact or a cut cable of the emergency stop need not stop.
+            && BOARD.emergency_stop.has_pull(STOP_PULL)
             && off == dark()
             && bdtr.moe() == self.driving
             && (!bdtr.moe() || TIM1.dier().read().bie())

@@ -90,9 +90,9 @@ pub use control::fault_table::{
     FOLLOWER_BRIDGE_MS, FOLLOWER_LOST_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS,
     fault_response,
 };
-pub use control::monitor::MonitorConfig;
+pub use control::monitor::{MonitorConfig, WALK_S};
 pub use control::supervisor::{Cause, SupervisorState};
-pub use control::supply::{RIPPLE_MS, SUPPLY_TOLERANCE_MS};
+pub use control::supply::{DIPS, DIPS_MS, RIPPLE_MS, SUPPLY_TOLERANCE_MS};
 pub use control::tick::JointLoop;
 pub use control::watchdog_clock::WatchdogHz;
 pub use error::LoopError;
@@ -100,6 +100,7 @@ pub use generator::follow::FollowConfig;
 pub use generator::shape::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
 pub use generator::{BoardGenerator, GeneratorConfig};
 pub use io::board::{BoardFaults, Command, Debugger, MAX_ELAPSED, Sample};
+pub use io::conditions::{BAD, Conditions, SensorCounts};
 pub use io::frame::{Frame, SetpointHash};
 pub use motion::blend::BlendConfig;
 pub use motion::gate::{Gate, GateState, GateStatus, NonFinite};
@@ -108,7 +109,7 @@ pub use setup::config::LoopConfig;
 pub use setup::robot::{
     DEFAULT_PARK, Direction, GateConfig, JointRange, POSE_LIMITS, PoseLimit, PoseSense, ServoConfig, anatomy,
 };
-pub use setup::robot_config::{Robot, RobotConfig};
+pub use setup::robot_config::{FollowerRules, Robot, RobotConfig};
 pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 pub use store::flash_record::FlashRecordError;
 pub use store::record_name::RecordName;

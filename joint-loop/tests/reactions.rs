@@ -468,11 +468,13 @@ fn a_heel_strike_is_the_closing_of_the_foot_switch() {
     assert_eq!(joints.generator().strikes, 2);
 }
 
-/// A follower parks ten seconds after its person has stopped to walk, and not while the person walks.
+/// A follower parks ten seconds after the last stride of its person, whether the person stands or does something else, and not while the person walks.
 #[test]
 fn a_person_who_stands_ends_the_motion() {
     for (lock, end) in [
         (Lock::Stopped, (SupervisorState::Disarmed, Cause::PersonStands)),
+        (Lock::Seeking, (SupervisorState::Disarmed, Cause::PersonStands)),
+        (Lock::Holding, (SupervisorState::Walking, Cause::None)),
         (Lock::Locked, (SupervisorState::Walking, Cause::None)),
     ] {
         let follower = Puppet { follows: Some(lock), ..Puppet::at([0.0, 0.0, 20.0, 20.0]) };
@@ -547,7 +549,7 @@ fn a_configuration_error_names_the_field() {
         ("blend.stop_s is 31 s", |c| c.blend.stop_s = 31.0),
         ("blend.hurry_s is 0.31 s; allowed are 0.1 to 0.3 s", |c| c.blend.hurry_s = 0.31),
         ("monitor.sensor_tolerance_s is 61 s", |c| c.monitor.sensor_tolerance_s = 61.0),
-        ("monitor.stand_s is 0.5 s; allowed are 1 to 3600 s", |c| c.monitor.stand_s = 0.5),
+        ("monitor.stand_s is 0.5 s; allowed are 1 to 60 s", |c| c.monitor.stand_s = 0.5),
         ("monitor.pose_tolerance_s is not", |c| c.monitor.pose_tolerance_s = f32::INFINITY),
         ("monitor.stop_gap_s is 0.03 s; allowed are 0 to 0.01 s", |c| c.monitor.stop_gap_s = 0.03),
         ("monitor.fault_gap_s is 0.3 s; allowed are 0.001 to 0.1 s", |c| c.monitor.fault_gap_s = 0.3),

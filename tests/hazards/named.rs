@@ -109,10 +109,9 @@ fn listed(list: TokenStream, function: &str) -> Option<Place> {
     let tokens: Vec<TokenTree> = list.into_iter().collect();
     tokens.windows(2).find_map(|pair| match pair {
         [name, TokenTree::Group(needs)] if is(name, function) => {
-            let needs_image = needs
-                .stream()
-                .into_iter()
-                .any(|need| ["Image", "ShadowImage", "BlackPillImage"].iter().any(|name| is(&need, name)));
+            let needs_image = needs.stream().into_iter().any(|need| {
+                ["Image", "ShadowImage", "NoSensorImage", "BlackPillImage"].iter().any(|name| is(&need, name))
+            });
             Some(if needs_image { Place::VirtualBoard } else { Place::Host })
         }
         _ => None,

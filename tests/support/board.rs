@@ -1,7 +1,7 @@
 //! The flashed image on the virtual board.
 //!
 //! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
-//! [`test_suite::Need::Image`], [`test_suite::Need::ShadowImage`] or [`test_suite::Need::BlackPillImage`].
+//! [`test_suite::Need::Image`], [`test_suite::Need::ShadowImage`], [`test_suite::Need::NoSensorImage`] or [`test_suite::Need::BlackPillImage`].
 
 use crate::gestures;
 use crate::lockstep::Conversation;
@@ -23,7 +23,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Arc, Mutex};
-use wire::{Boot, Call, Change, Cost, Edge, Environment, Record, Refused};
+use wire::{Boot, Call, Change, Conditions, Cost, Edge, Environment, Record, Refused};
 
 /// Image and virtual board.
 #[derive(Debug)]
@@ -75,6 +75,8 @@ pub struct Booted {
     pub costs: Vec<Cost>,
     /// Temperature and supply, once a second.
     pub environment: Vec<Environment>,
+    /// What was not as it should be, once a second.
+    pub conditions: Vec<Conditions>,
     /// The settings in effect, once a second and after a change.
     pub settings: Vec<wire::Settings>,
     /// Lines for people.
@@ -173,6 +175,15 @@ impl Board {
     #[must_use]
     pub fn shadow() -> Self {
         Self::with("FOOTFALL_SHADOW_ELF")
+    }
+
+    /// The board with the image of the features `no-sensor` and `no-debugger`.
+    ///
+    /// # Panics
+    /// As [`Board::find`].
+    #[must_use]
+    pub fn no_sensor() -> Self {
+        Self::with("FOOTFALL_NO_SENSOR_ELF")
     }
 
     /// The Black Pill with its image.
@@ -380,6 +391,7 @@ pub(crate) fn take(boot: &mut Booted, message: &Message) {
         Record::Frame(frame) => boot.ticks.push(frame),
         Record::Inputs(inputs) => boot.calls.extend(inputs.ticks().map(|(tick, call)| (tick, call.clone()))),
         Record::Environment(environment) => boot.environment.push(environment),
+        Record::Conditions(conditions) => boot.conditions.push(conditions),
         Record::Edge(edge) => boot.edges.push(edge),
         Record::Cost(cost) => boot.costs.push(cost),
         Record::Settings(settings) => boot.settings.push(settings),

@@ -13,8 +13,9 @@ use footfall::board::default_loop::{SENSOR_PIN, wired_sensor};
 use footfall::command::entrain::run::Tick;
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Quantity, Recording};
+use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{BoardGenerator, GeneratorConfig, RecordName, SupervisorState};
+use joint_loop::{BoardGenerator, GeneratorConfig, RecordName, RobotConfig, SupervisorState};
 use std::ffi::OsString;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -64,10 +65,21 @@ pub fn volts(degrees: &[f64]) -> Recording {
 /// Something was wrong with the run, or the host cannot follow it bit for bit.
 #[must_use]
 pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, presses: &[&str]) -> Ran {
+    let parameters =
+        Parameters::with_defaults(Some(*config), None, RobotConfig::default_biped()).expect("the defaults");
+    run_as(board, &parameters, volts, secs, presses)
+}
+
+/// The same of a robot with other numbers.
+///
+/// # Panics
+/// As [`run`].
+#[must_use]
+pub fn run_as(board: &Board, parameters: &Parameters, volts: &Recording, secs: f64, presses: &[&str]) -> Ran {
     let folder = tempfile::tempdir().expect("a folder");
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("generator.bin"));
     csv_file::write(&feed, volts).expect("written");
-    std::fs::write(&sector, record_of(config, &RecordName::BUILT_IN).bytes()).expect("written");
+    std::fs::write(&sector, record_of(&parameters.generator, &RecordName::BUILT_IN).bytes()).expect("written");
     let mut options: Vec<OsString> = vec![
         "--secs".into(),
         secs.to_string().into(),
@@ -77,7 +89,7 @@ pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64
         format!("{GENERATOR_SECTOR:#010x}={}", sector.display()).into(),
     ];
     options.extend(gestures::options(presses));
-    let ran = board.run_with(config, options);
+    let ran = board.run_as(parameters, options);
     assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
     let books = &ran.books;
     assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);

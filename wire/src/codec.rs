@@ -4,7 +4,9 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Answered, Boot, Change, Cost, Edge, Environment, Frame, Inputs, Port, Refused, Settings, VERSION};
+use crate::{
+    Answered, Boot, Change, Conditions, Cost, Edge, Environment, Frame, Inputs, Port, Refused, Settings, VERSION,
+};
 
 /// Bytes of the longest record: [`Inputs`] of ten calls with four sensors, a measurement and a request each.
 pub const MAX_BYTES: usize = 357;
@@ -39,6 +41,8 @@ pub enum Record {
     Port(Port),
     /// The settings in effect, once a second and after a change.
     Settings(Settings),
+    /// What was not as it should be, counted since the boot, once a second.
+    Conditions(Conditions),
 }
 
 /// The kind of a record: its first byte.
@@ -67,11 +71,13 @@ pub enum Kind {
     Port = 9,
     /// [`Record::Settings`].
     Settings = 10,
+    /// [`Record::Conditions`].
+    Conditions = 11,
 }
 
 impl Kind {
     /// Every kind, in order of its number.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Boot,
         Self::Refused,
         Self::Change,
@@ -83,6 +89,7 @@ impl Kind {
         Self::Answered,
         Self::Port,
         Self::Settings,
+        Self::Conditions,
     ];
 
     /// The word for it in messages.
@@ -100,6 +107,7 @@ impl Kind {
             Self::Answered => "answered",
             Self::Port => "port",
             Self::Settings => "settings",
+            Self::Conditions => "conditions",
         }
     }
 }
@@ -120,6 +128,7 @@ impl Record {
             Self::Answered(_) => Kind::Answered,
             Self::Port(_) => Kind::Port,
             Self::Settings(_) => Kind::Settings,
+            Self::Conditions(_) => Kind::Conditions,
         }
     }
 }
@@ -179,7 +188,7 @@ impl fmt::Display for DecodeError {
             Self::Kind { kind, length } => {
                 write!(f, "unknown record kind {kind} ({length} bytes); version {VERSION} has the kinds")?;
                 for known in Kind::ALL {
-                    write!(f, " {} {}{}", known as u8, known.name(), if known == Kind::Settings { "" } else { "," })?;
+                    write!(f, " {} {}{}", known as u8, known.name(), if known == Kind::Conditions { "" } else { "," })?;
                 }
                 Ok(())
             }

@@ -4,6 +4,7 @@
 
 mod boot;
 mod codec;
+mod conditions;
 mod events;
 mod flags;
 mod frame;
@@ -17,6 +18,7 @@ mod text;
 
 pub use boot::{Boot, LastOutputs, RecordId, Refused, Reset, Subject};
 pub use codec::{DecodeError, Kind, MAX_BYTES, Record, decode, encode};
+pub use conditions::{Conditions, Validities};
 pub use events::{Change, Edge};
 pub use flags::Flags;
 pub use frame::{Follow, Frame, Reading};
@@ -31,4 +33,4 @@ pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.
-pub const VERSION: u16 = 6;
+pub const VERSION: u16 = 7;

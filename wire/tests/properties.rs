@@ -161,7 +161,24 @@ fn record() -> impl Strategy<Value = Record> {
     let port = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {
         Record::Port(Port { requests: a, malformed: b, other_version: c, too_many: d, not_sent: e })
     });
-    prop_oneof![boot(), refused, change, inputs(), frame(), edge, cost, environment, answered, port, settings()]
+    let validities =
+        (any::<u32>(), prop::array::uniform8(any::<u32>())).prop_map(|(changes, bad)| Validities { changes, bad });
+    let conditions = (any::<u32>(), any::<u32>(), prop::array::uniform4(prop::option::of(validities)))
+        .prop_map(|(tick, supply_dips, sensors)| Record::Conditions(Conditions { tick, supply_dips, sensors }));
+    prop_oneof![
+        conditions,
+        boot(),
+        refused,
+        change,
+        inputs(),
+        frame(),
+        edge,
+        cost,
+        environment,
+        answered,
+        port,
+        settings()
+    ]
 }
 
 proptest! {

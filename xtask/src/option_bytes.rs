@@ -1,4 +1,4 @@
-//! The option bytes of a board at a debug probe: `cargo xtask flash` switches the brown-out reset on, without which the firmware does not arm.
+//! The option bytes of a board at a debug probe: `cargo xtask flash` sets the brown-out reset to its highest level, without which the firmware does not arm.
 
 use std::path::Path;
 
@@ -12,16 +12,16 @@ use crate::shell;
 const FLASH_OPTKEYR: u32 = 0x4002_3C08;
 const FLASH_OPTCR: u32 = 0x4002_3C14;
 
-/// The writes that set the brown-out reset to its highest level, where `optcr` says that it is off: the two keys, the new option bytes, the start
+/// The writes that set the brown-out reset to its highest level, where `optcr` says that it is off or at another: the two keys, the new option bytes, the start
 /// of their programming, the lock. Nothing else in the option bytes changes.
 fn brown_out_writes(optcr: u32) -> Option<[(u32, u32); 5]> {
-    /// BOR_LEV, 3 is off.
+    /// BOR_LEV: 0 is level 3, the highest; 3 is off.
     const BOR_LEV: u32 = 3 << 2;
     const OPTSTRT: u32 = 2;
     const OPTLOCK: u32 = 1;
     let new = optcr & !(BOR_LEV | OPTSTRT | OPTLOCK);
     let [key, other_key] = [0x0819_2A3B, 0x4C5D_6E7F].map(|key| (FLASH_OPTKEYR, key));
-    (optcr & BOR_LEV == BOR_LEV).then_some([
+    (optcr & BOR_LEV != 0).then_some([
         key,
         other_key,
         (FLASH_OPTCR, new),
@@ -30,7 +30,7 @@ fn brown_out_writes(optcr: u32) -> Option<[(u32, u32); 5]> {
     ])
 }
 
-/// Switches the brown-out reset on in the option bytes, if it is off. probe-rs, the program at `probe_rs`, has no command for option bytes: this
+/// Sets the brown-out reset in the option bytes to its highest level, if it is not there. probe-rs, the program at `probe_rs`, has no command for option bytes: this
 /// writes the registers of the flash interface.
 pub(crate) fn set_brown_out_reset(probe_rs: &Path, board: Board) -> Result<()> {
     let word = |address: u32| format!("0x{address:08x}");
@@ -49,10 +49,10 @@ pub(crate) fn set_brown_out_reset(probe_rs: &Path, board: Board) -> Result<()> {
     }
     ensure!(
         brown_out_writes(optcr()?).is_none(),
-        "the brown-out reset is still off in the option bytes, and the board will not arm; set it with another tool, for example \
+        "the brown-out reset is still not at level 3 in the option bytes, and the board will not arm; set it with another tool, for example \
          `STM32_Programmer_CLI -c port=SWD -ob BOR_LEV=0`"
     );
-    eprintln!("option bytes: the brown-out reset is on now, at its highest level");
+    eprintln!("option bytes: the brown-out reset is at level 3 now, the highest");
     Ok(())
 }
 
@@ -66,8 +66,11 @@ mod tests {
         let writes = brown_out_writes(0x0FFF_AAED).unwrap();
         assert_eq!(writes.map(|(_, value)| value), [0x0819_2A3B, 0x4C5D_6E7F, 0x0FFF_AAE0, 0x0FFF_AAE2, 0x0FFF_AAE1]);
         assert_eq!(writes.map(|(address, _)| address & 0xFF), [0x08, 0x08, 0x14, 0x14, 0x14]);
-        // Any level that is on stays, and so does a protected chip's.
-        assert!([0x0FFF_AAE1, 0x0FFF_AAE5, 0x0FFF_AAE9].into_iter().all(|optcr| brown_out_writes(optcr).is_none()));
+        // A lower level is raised; the highest one stays, and so does a protected chip's.
+        assert!(brown_out_writes(0x0FFF_AAE1).is_none());
+        for optcr in [0x0FFF_AAE5, 0x0FFF_AAE9] {
+            assert_eq!(brown_out_writes(optcr).unwrap()[2].1, 0x0FFF_AAE0);
+        }
         assert_eq!(brown_out_writes(0x0FFE_55ED).unwrap()[2].1, 0x0FFE_55E0);
     }
 }
@@ -116,7 +119,13 @@ esac
 
     #[test]
     fn a_chip_as_delivered_gets_the_highest_level_and_nothing_else() {
-        for (delivered, wanted) in [(0x0FFF_AAEC, 0x0FFF_AAE0), (0x0FFE_55EC, 0x0FFE_55E0)] {
+        // Off, off in a protected chip, level 2 and level 1.
+        for (delivered, wanted) in [
+            (0x0FFF_AAEC, 0x0FFF_AAE0),
+            (0x0FFE_55EC, 0x0FFE_55E0),
+            (0x0FFF_AAE4, 0x0FFF_AAE0),
+            (0x0FFF_AAE8, 0x0FFF_AAE0),
+        ] {
             let (result, after, calls) = write_to(delivered, PROBE_RS);
             result.unwrap();
             assert_eq!(after, wanted, "{after:#010x}");
@@ -127,12 +136,10 @@ esac
     }
 
     #[test]
-    fn a_level_that_is_on_stays() {
-        for options in [0x0FFF_AAE0, 0x0FFF_AAE4, 0x0FFF_AAE8] {
-            let (result, after, calls) = write_to(options, PROBE_RS);
-            result.unwrap();
-            assert_eq!((after, calls.len()), (options, 1));
-        }
+    fn the_highest_level_stays() {
+        let (result, after, calls) = write_to(0x0FFF_AAE0, PROBE_RS);
+        result.unwrap();
+        assert_eq!((after, calls.len()), (0x0FFF_AAE0, 1));
     }
 
     #[test]
@@ -141,7 +148,7 @@ esac
         let (result, after, _) = write_to(0x0FFF_AAEC, &PROBE_RS.replace("0x4c5d6e7f", "0x00000000"));
         assert_eq!(after, 0x0FFF_AAEC);
         let error = result.unwrap_err().to_string();
-        assert!(error.contains("still off in the option bytes") && error.contains("BOR_LEV=0"), "{error}");
+        assert!(error.contains("still not at level 3 in the option bytes") && error.contains("BOR_LEV=0"), "{error}");
         let (result, _, _) =
             write_to(0x0FFF_AAEC, &PROBE_RS.replace("\"write 0x40023c08\")", "\"write 0x40023c08\") exit 1;"));
         assert!(result.unwrap_err().to_string().contains("probe-rs write ended with"));

@@ -129,10 +129,19 @@ impl Workspace {
 
     /// The firmware for a board.
     pub(crate) fn firmware(&self, board: Board, drive: Drive) -> Result<Image> {
-        let features = features(board, drive);
+        self.firmware_with(&features(board, drive))
+    }
+
+    /// The firmware for the Discovery that walks without a gait sensor, and not while a debugger is attached: the features `no-sensor` and
+    /// `no-debugger` in one image, for the tests.
+    pub(crate) fn firmware_without_sensor(&self) -> Result<Image> {
+        self.firmware_with(&format!("{},no-sensor,no-debugger", Board::F4Discovery.feature()))
+    }
+
+    fn firmware_with(&self, features: &str) -> Result<Image> {
         eprintln!("build: firmware for {features}");
-        let built = executable(self.firmware_build(&features)?)?;
-        self.image(&built, &features)
+        let built = executable(self.firmware_build(features)?)?;
+        self.image(&built, features)
     }
 
     /// What `cargo xtask run` needs, built side by side. The two programs for the host are one build, because they share most crates.

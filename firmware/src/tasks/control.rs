@@ -13,7 +13,7 @@ use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::tuning::{Answer, Outcome, Request, Settings};
-use joint_loop::{BoardFaults, Cause, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
+use joint_loop::{BoardFaults, Cause, Conditions, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Change, Edge};
 
 use super::progress::CONTROL;
@@ -42,6 +42,8 @@ pub(crate) const EDGES_QUEUED: usize = 128;
 pub(crate) const FRAMES_QUEUED: usize = 8;
 /// Ticks from one report of the settings to the next, without a change: a second.
 const TICKS_A_REPORT: u32 = 1000;
+/// Counts of conditions, once a second.
+pub(crate) const CONDITIONS_QUEUED: usize = 3;
 /// Changes of state: the longest chain of them, and as many again.
 pub(crate) const CHANGES_QUEUED: usize = 16;
 /// Frames for the serial port: at most one a tick, over many rounds of telemetry.
@@ -90,9 +92,11 @@ pub(crate) struct Control {
     pub(crate) answers: Producer<'static, Answer>,
     /// Each with a tick in which they were in effect.
     pub(crate) settings: Producer<'static, (u32, Settings)>,
+    /// What was not as it should be, whenever the settings are reported.
+    pub(crate) conditions: Producer<'static, Conditions<SENSORS>>,
     pub(crate) ticks_to_settings: u32,
     pub(crate) ticks_to_record: u32,
-    /// Too many crashes in a row, or no brown-out reset: the button is not passed on.
+    /// Too many crashes in a row, or a wrong brown-out reset: the button is not passed on.
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
@@ -204,6 +208,7 @@ impl Control {
         if self.ticks_to_settings == 0 {
             self.ticks_to_settings = TICKS_A_REPORT;
             dropped += u32::from(!queue::put(&mut self.settings, || (frame.tick, *self.joint_loop.settings())));
+            dropped += u32::from(!queue::put(&mut self.conditions, || self.joint_loop.conditions()));
         }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {

@@ -5,7 +5,7 @@ use firmware::liveness::FEED_US;
 use heapless::spsc::Consumer;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Answer, Settings};
-use joint_loop::{Debugger, Frame, SENSORS, Sample, SupervisorState, WatchdogHz};
+use joint_loop::{Conditions, Debugger, Frame, SENSORS, Sample, SupervisorState, WatchdogHz};
 use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record, Refused, Subject};
 
 use super::control::{dropped, take_not_sent, take_worst};
@@ -33,6 +33,10 @@ pub(crate) struct Telemetry {
     pub(crate) answers: Consumer<'static, Answer>,
     /// Each with a tick in which they were in effect.
     pub(crate) settings: Consumer<'static, (u32, Settings)>,
+    /// What was not as it should be.
+    pub(crate) conditions: Consumer<'static, Conditions<SENSORS>>,
+    /// The same as it was last reported.
+    pub(crate) reported: Conditions<SENSORS>,
     /// Check sums of the generator's and the robot's parameters.
     pub(crate) unnamed: [u32; 2],
     /// Each with its tick.
@@ -94,6 +98,9 @@ fn telemetry_step(telemetry: &mut Telemetry) {
     while let Some((tick, values)) = telemetry.settings.dequeue() {
         let [generator, robot] = telemetry.unnamed;
         telemetry.send(&Record::Settings(wire::Settings { tick, generator, robot, values }));
+    }
+    while let Some(conditions) = telemetry.conditions.dequeue() {
+        telemetry.report_conditions(conditions);
     }
     while let Some(answer) = telemetry.answers.dequeue() {
         log::answered(&answer);
@@ -164,6 +171,24 @@ impl Telemetry {
             self.refuse(&Refused::new(Subject::Arming, reason));
         }
         self.refused_clock = wrong;
+    }
+
+    /// Reports what was not as it should be: in numbers, and in words what has changed since the last report, a second before. However often a contact
+    /// opens, that is one line.
+    fn report_conditions(&mut self, now: Conditions<SENSORS>) {
+        let before = core::mem::replace(&mut self.reported, now);
+        let ms = now.tick.wrapping_sub(before.tick);
+        let dips = now.supply_dips.wrapping_sub(before.supply_dips);
+        if dips > 0 {
+            log::supply_dipped(dips, ms);
+        }
+        for (channel, (now, before)) in (1..).zip(now.sensors.iter().zip(&before.sensors)) {
+            let counts = now.since(before);
+            if counts.changes > 0 {
+                log::sensor_changed(channel, &counts, ms);
+            }
+        }
+        self.send(&Record::Conditions(wire::Conditions::of(&now, self.sensors)));
     }
 
     /// Collects a record of successive calls; after a gap a new record begins.

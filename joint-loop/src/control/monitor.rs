@@ -16,13 +16,14 @@
 //! | the generator does not pass its check | stop | arming refused |
 //! | more overruns of the converter than `overruns_per_s` | stop | arming refused |
 //! | a required sensor not good for more than `sensor_tolerance_s` | stop | arming refused, with no tolerance |
-//! | a follower whose person has stood for more than `stand_s` | stop | (not counted) |
+//! | a follower whose person has made no stride for more than `stand_s` | stop | (not counted) |
 //! | the pose envelope limited the setpoints for more than `pose_tolerance_s` | stop | (cannot occur) |
 //!
 //! Below its tolerance a condition is only counted. A count rises by one in each bad period and falls by one in each good
 //! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short. At rest the count of a sensor is
-//! at most that of the default tolerance: a sensor that is good for 51 ms arms, however long it was bad. A person who moves ends the time of the
-//! stand.
+//! at most that of the default tolerance: a sensor that is good for 51 ms arms, however long it was bad. A person makes
+//! strides while the follower is locked, or bridges a fault of its sensor. Only a lock that lasts for [`WALK_S`] ends the time of the stand: a movement that is no
+//! walk, such as a hand that waves the sensor, is locked to now and then for a stride or two, and moves the joints.
 //!
 //! The cause of a sensor's stop is named after its validity. If validities alternate, the cause is the worst
 //! ([`Validity::worse`]) of the last `sensor_tolerance_s`: an open wire with intermittent contact, which also shows spikes and
@@ -36,8 +37,16 @@ use crate::control::supervisor::{Cause, Demand};
 use crate::control::timeliness::{LATE_WINDOW, Timeliness, TimelinessState};
 use crate::error::{LoopError, inside, ticks};
 use crate::io::board::{BoardFaults, Debugger, MAX_ELAPSED};
+use crate::setup::robot_config::FollowerRules;
 use hgod_adc::Validity;
 use joint_units::Period;
+
+/// How long a follower must have been locked to its person before that counts as a walk, s. A sine or triangle of a knee's size at 0.5 to 1 Hz is locked to
+/// for 0.2 to 2.4 s at a time, over and over.
+pub const WALK_S: f32 = 2.5;
+
+/// Longest time for which a required sensor may be not good, s.
+pub(crate) const LONGEST_TOLERANCE_S: f32 = 60.0;
 
 /// Monitored conditions and their tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +57,7 @@ pub struct MonitorConfig {
     /// Time for which a required sensor may be not good while moving, s; 0 to 60, default 0.05. Of a follower, which continues without a sensor
     /// for a limited time and then stands, [`crate::FOLLOWER_LOST_MS`].
     pub sensor_tolerance_s: f32,
-    /// Time for which the person whom a follower follows may stand while the outputs are on, s; 1 to 3600, default 10.
+    /// Time for which the person whom a follower follows may make no stride while the outputs are on, s; [`FollowerRules::STAND_S`], default 10.
     pub stand_s: f32,
     /// Whether the emergency stop must be tested before the first arming, see [`crate::control::stop_test`]; default false, for a loop without one at
     /// its break input. The loop of a board requires it.
@@ -76,7 +85,7 @@ impl MonitorConfig {
     pub const DEFAULT: Self = Self {
         sensor_required: true,
         sensor_tolerance_s: 0.05,
-        stand_s: 10.0,
+        stand_s: FollowerRules::DEFAULT.disarm_after_stand_s,
         stop_test_required: false,
         watchdog_clock_required: false,
         pose_tolerance_s: 0.05,
@@ -105,11 +114,16 @@ impl MonitorConfig {
         inside("monitor.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
         Ok(Monitor {
             sensor_required: self.sensor_required,
-            sensor_tolerance: tolerance("monitor.sensor_tolerance_s", self.sensor_tolerance_s, 60.0)?,
-            most_at_rest: tolerance("monitor.sensor_tolerance_s", Self::DEFAULT.sensor_tolerance_s, 60.0)?,
+            sensor_tolerance: tolerance("monitor.sensor_tolerance_s", self.sensor_tolerance_s, LONGEST_TOLERANCE_S)?,
+            most_at_rest: tolerance(
+                "monitor.sensor_tolerance_s",
+                Self::DEFAULT.sensor_tolerance_s,
+                LONGEST_TOLERANCE_S,
+            )?,
             stop_test: if self.stop_test_required { Some(StopTest::build(period)?) } else { None },
             watchdog_clock_required: self.watchdog_clock_required,
-            stand: ticks("monitor.stand_s", self.stand_s, 1.0, 3600.0, period)?,
+            stand: ticks("monitor.stand_s", self.stand_s, FollowerRules::STAND_S.0, FollowerRules::STAND_S.1, period)?,
+            walk: ticks("walk", WALK_S, WALK_S, WALK_S, period)?,
             pose_tolerance: tolerance("monitor.pose_tolerance_s", self.pose_tolerance_s, 1.0)?,
             stop_gap,
             fault_gap,
@@ -128,6 +142,7 @@ pub struct Monitor {
     /// Most that counts against a sensor at rest.
     most_at_rest: u32,
     stand: u32,
+    walk: u32,
     /// `None` if it is not required.
     stop_test: Option<StopTest>,
     watchdog_clock_required: bool,
@@ -164,7 +179,7 @@ pub struct Observation {
     pub generator_sound: bool,
     /// The pose envelope limited the setpoints in the last tick.
     pub pose_limited: bool,
-    /// The generator is a follower, and its person stands.
+    /// The generator is a follower, and its person makes no stride: it stands, or is not locked to what they do.
     pub person_stands: bool,
 }
 
@@ -179,8 +194,10 @@ pub struct MonitorState {
     since_worst: u32,
     /// How far the test of the emergency stop is.
     stop_test: StopTestState,
-    /// Periods for which the person has stood while the joints moved.
+    /// Periods without a stride of the person while the joints moved, since the last walk.
     stood: u32,
+    /// Periods of strides without a break.
+    walked: u32,
     /// Ticks in which the pose was limited, minus ticks in which it was not.
     pose: u32,
     /// Overruns of the converter.
@@ -196,8 +213,7 @@ impl Monitor {
         let tolerance = if seen.moving { self.sensor_tolerance } else { self.sensor_tolerance.min(self.most_at_rest) };
         count(&mut monitor_state.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
         monitor_state.remember(seen.sensors, seen.elapsed, tolerance);
-        let stands = seen.moving && seen.person_stands;
-        monitor_state.stood = if stands { monitor_state.stood.saturating_add(seen.elapsed) } else { 0 };
+        self.note_person(monitor_state, seen);
         count(&mut monitor_state.pose, seen.pose_limited, 1, self.pose_tolerance);
         let overruns = monitor_state.overruns.note(overrun.into(), seen.elapsed, self.second);
         let timeliness = self.timeliness.judge(&mut monitor_state.timeliness, seen.late, seen.elapsed);
@@ -244,6 +260,17 @@ impl Monitor {
             Demand::Stop(Cause::Pose)
         } else {
             Demand::Go
+        }
+    }
+
+    /// Counts the time without a stride, and ends it after a walk. A lock that may become one neither counts nor ends it.
+    fn note_person(&self, monitor_state: &mut MonitorState, seen: &Observation) {
+        let MonitorState { stood, walked, .. } = monitor_state;
+        *walked = if seen.person_stands { 0 } else { walked.saturating_add(seen.elapsed) };
+        if !seen.moving || *walked > self.walk {
+            *stood = 0;
+        } else if seen.person_stands {
+            *stood = stood.saturating_add(seen.elapsed);
         }
     }
 
@@ -421,7 +448,7 @@ mod tests {
         assert_eq!(judge(attached), Demand::Stop(Cause::StopUntested));
     }
 
-    /// A stand counts while the joints move; any movement of the person begins it again.
+    /// A stand counts while the joints move. A walk of more than 2.5 s ends it; shorter ones, however many, do not, and do not count either.
     #[test]
     fn a_stand_is_tolerated_for_its_time() {
         let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
@@ -431,13 +458,20 @@ mod tests {
         };
         assert_eq!(see(60_000, true, false), Demand::Go);
         assert_eq!(see(10_000, true, true), Demand::Go);
-        assert_eq!(see(1, false, true), Demand::Go);
+        assert_eq!(see(2_501, false, true), Demand::Go);
         assert_eq!(see(10_000, true, true), Demand::Go);
+        assert_eq!(see(2_500, false, true), Demand::Go);
         assert_eq!(see(1, true, true), Demand::Stop(Cause::PersonStands));
         // At rest a hold arms again, for another such time.
         assert_eq!(see(1, true, false), Demand::Go);
-        assert_eq!(see(10_000, true, true), Demand::Go);
+        for _ in 0..10 {
+            assert_eq!(see(1_000, true, true), Demand::Go);
+            assert_eq!(see(2_000, false, true), Demand::Go);
+        }
         assert_eq!(see(1, true, true), Demand::Stop(Cause::PersonStands));
+        // A walk that began at rest counts.
+        assert_eq!(see(3_000, false, false), Demand::Go);
+        assert_eq!(see(10_000, true, true), Demand::Go);
     }
 
     /// A sensor that was bad for as long as a follower tolerates arms again after 51 good ticks.

@@ -6,6 +6,7 @@
 use hgod_adc::Reference;
 use joint_units::{AdcCode, Period};
 
+use crate::control::burst::Burst;
 use crate::control::supervisor::{Cause, Demand};
 
 /// How long the supply may be below its minimum while the joints move, in ms: with the tick and the reaction of the board the outputs are off
@@ -15,6 +16,11 @@ pub const SUPPLY_TOLERANCE_MS: u16 = 40;
 pub const RIPPLE_MS: u16 = 1_000;
 /// Dips belong to one ripple if they are not further apart than this, in ms.
 const RIPPLE_PAUSE_MS: u16 = 100;
+/// Dips within [`DIPS_MS`] of the first of them that do not stop the motion, however short and far apart they are; those of one ripple are one. One dip may come from a servo that
+/// starts; a supply that dips more than once a second does so in every stride, and the next dip may be deeper or longer.
+pub const DIPS: u32 = 10;
+/// Time in which dips are counted, in ms.
+pub const DIPS_MS: u16 = 10_000;
 
 /// The minimum, and the tolerances in ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +29,7 @@ pub(crate) struct Supply {
     tolerance: u32,
     ripple: u32,
     pause: u32,
+    window: u32,
 }
 
 /// The last dips.
@@ -34,6 +41,12 @@ pub(crate) struct SupplyState {
     pause: u32,
     /// Periods since the first dip of the ripple.
     rippling: u32,
+    /// The last tick was below the minimum.
+    is_low: bool,
+    /// Dips since the boot, wrapping.
+    pub(crate) dips: u32,
+    /// Dips of the last [`DIPS_MS`].
+    recent: Burst,
 }
 
 impl Supply {
@@ -45,12 +58,16 @@ impl Supply {
             tolerance: ticks(SUPPLY_TOLERANCE_MS),
             ripple: ticks(RIPPLE_MS),
             pause: ticks(RIPPLE_PAUSE_MS),
+            window: ticks(DIPS_MS),
         }
     }
 
     /// Takes the code of the internal reference in one tick. At rest there is no tolerance, and nothing is latched.
     pub(crate) fn judge(&self, state: &mut SupplyState, vrefint: AdcCode, elapsed: u32, moving: bool) -> Demand {
-        if self.reference.supply(vrefint).is_err() {
+        let is_low = self.reference.supply(vrefint).is_err();
+        // Nearly always the supply has never dipped, and there is nothing to count.
+        let recent = if is_low || state.dips > 0 { self.count(state, is_low, elapsed) } else { 0 };
+        if is_low {
             state.low = state.low.saturating_add(elapsed).min(self.tolerance.saturating_add(1));
             state.pause = self.pause;
         } else {
@@ -60,11 +77,19 @@ impl Supply {
         state.rippling = if state.pause == 0 { 0 } else { state.rippling.saturating_add(elapsed) };
         if moving && state.low > self.tolerance {
             Demand::Fault(Cause::Supply)
-        } else if state.rippling > self.ripple || (!moving && state.pause > 0) {
+        } else if state.rippling > self.ripple || recent > DIPS || (!moving && state.pause > 0) {
             Demand::Stop(Cause::Supply)
         } else {
             Demand::Go
         }
+    }
+
+    /// Counts a dip at its beginning; the dips of the last [`DIPS_MS`], without those that belong to a ripple.
+    fn count(&self, state: &mut SupplyState, is_low: bool, elapsed: u32) -> u32 {
+        state.dips = state.dips.wrapping_add(u32::from(is_low && !state.is_low));
+        state.is_low = is_low;
+        // Those of one ripple, which ends within its own time, are one here.
+        state.recent.note(u32::from(is_low && state.rippling == 0), elapsed, self.window)
     }
 }
 
@@ -86,8 +111,13 @@ mod tests {
 
     /// The first tick that demands something, and what, for volts over the ticks.
     fn first(moving: bool, volts: impl Fn(u32) -> f32) -> Option<(u32, Demand)> {
+        first_of(5_000, moving, volts)
+    }
+
+    /// The same among so many ticks.
+    fn first_of(ticks: u32, moving: bool, volts: impl Fn(u32) -> f32) -> Option<(u32, Demand)> {
         let (supply, mut state) = (supply(), SupplyState::default());
-        let demands = (0..5_000).map(|tick| (tick, supply.judge(&mut state, code(volts(tick)), 1, moving)));
+        let demands = (0..ticks).map(|tick| (tick, supply.judge(&mut state, code(volts(tick)), 1, moving)));
         demands.into_iter().find(|(_, demand)| *demand != Demand::Go)
     }
 
@@ -117,12 +147,29 @@ mod tests {
         let (tick, demand) = first(true, hum).expect("a stop");
         let dips = (0..).find(|tick| supply().reference.supply(code(hum(*tick))).is_err()).expect("a dip");
         assert_eq!((tick, demand), (dips + u32::from(RIPPLE_MS), Demand::Stop(Cause::Supply)));
-        // Dips of 30 ms, half a second apart: each is over before the next.
-        assert_eq!(first(true, |tick| if tick % 500 < 30 { 2.6 } else { 3.0 }), None);
+        // Dips of 30 ms: each is over before the next. One a second goes on for ever, two a second do not.
+        assert_eq!(first_of(60_000, true, |tick| if tick % 1_000 < 30 { 2.6 } else { 3.0 }), None);
+        let (tick, demand) = first_of(60_000, true, |tick| if tick % 500 < 30 { 2.6 } else { 3.0 }).expect("a stop");
+        assert_eq!((tick, demand), (DIPS * 500, Demand::Stop(Cause::Supply)));
         // More often below than above: a low supply.
         let (tick, demand) = first(true, |tick| if tick % 20 < 12 { 2.6 } else { 3.0 }).expect("a fault");
         assert_eq!(demand, Demand::Fault(Cause::Supply));
         assert!(tick < 300, "{tick}");
+    }
+
+    /// Each dip once, whatever its length, in every state; and the supply that is low from the first tick on.
+    #[test]
+    fn dips_are_counted() {
+        for moving in [false, true] {
+            let (supply, mut state) = (supply(), SupplyState::default());
+            let mut see = |volts: f32, ticks: u32| {
+                (0..ticks).for_each(|_| drop(supply.judge(&mut state, code(volts), 1, moving)));
+                state.dips
+            };
+            assert_eq!(see(3.0, 1_000), 0);
+            assert_eq!([see(2.6, 1), see(3.0, 1), see(2.6, 30), see(3.0, 20_000), see(0.3, 5_000)], [1, 1, 2, 2, 3]);
+            assert_eq!(see(2.6, 10), 3);
+        }
     }
 
     #[test]

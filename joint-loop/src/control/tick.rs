@@ -7,6 +7,7 @@ use crate::control::supply::{Supply, SupplyState};
 use crate::control::trim::{Trim, Trimmer};
 use crate::control::watchdog_clock::{WatchdogClockState, WatchdogHz};
 use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
+use crate::io::conditions::{Conditions, SensorCounts};
 use crate::io::frame::{Frame, SetpointHash};
 use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
@@ -50,6 +51,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     /// Level of the foot switch in the last tick.
     foot: bool,
     sensor_states: [SensorState; S],
+    sensor_counts: [SensorCounts; S],
     press: Press,
     monitor_state: MonitorState,
     supply_state: SupplyState,
@@ -133,6 +135,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.frame
     }
 
+    /// What was not as it should be, counted since the boot.
+    #[must_use]
+    pub fn conditions(&self) -> Conditions<S> {
+        Conditions { tick: self.frame.tick, supply_dips: self.supply_state.dips, sensors: self.sensor_counts }
+    }
+
     /// State of the supervisor after the last tick.
     #[must_use]
     pub fn state(&self) -> SupervisorState {
@@ -196,6 +204,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             tuner: Tuner::new(Robot { period, park }),
             generator,
             sensor_states: [SensorState::default(); S],
+            sensor_counts: [SensorCounts::NONE; S],
             press: Press::default(),
             monitor_state: MonitorState::default(),
             supply_state: SupplyState::default(),
@@ -244,11 +253,15 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Validity {
         let mut worst = Validity::Good;
         let channels = self.stages.sensors.iter().zip(&mut self.sensor_states).zip(&sample.codes);
-        let seen = self.frame.measured.iter_mut().zip(&mut self.frame.validity);
-        for (((sensor, state), code), (angle, validity)) in channels.zip(seen) {
+        let seen = self.frame.measured.iter_mut().zip(&mut self.frame.validity).zip(&mut self.sensor_counts);
+        for (((sensor, state), code), ((angle, validity), counts)) in channels.zip(seen) {
             let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
             let reading = sensor.sample(state, *code, sample.vrefint);
+            // Nearly always it was good and is good.
+            if (*validity, reading.validity) != (Some(Validity::Good), Validity::Good) {
+                counts.note(*validity, reading.validity, elapsed);
+            }
             (*angle, *validity) = (reading.angle, Some(reading.validity));
             worst = worst.worse(reading.validity);
         }
@@ -310,7 +323,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator_sound: self.sound,
             // On the way to the park pose the joints may meet the envelope, which the generator does not.
             pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
-            person_stands: self.frame.following.is_some_and(|status| status.state == Lock::Stopped),
+            person_stands: self
+                .frame
+                .following
+                .is_some_and(|status| matches!(status.state, Lock::Stopped | Lock::Seeking)),
         }
     }
 

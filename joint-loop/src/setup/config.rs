@@ -42,14 +42,14 @@ impl LoopConfig {
         Self::of(&RobotConfig::default_biped())
     }
 
-    /// The loop of a robot, with default ramp times, monitor and button.
+    /// The loop of a robot, with default ramp times and button, and the default monitor but for the robot's rules of a follower.
     #[must_use]
     pub const fn of(robot: &RobotConfig) -> Self {
         Self {
             gate: robot.gate,
             servos: robot.servos,
             blend: robot.blend(),
-            monitor: MonitorConfig::DEFAULT,
+            monitor: MonitorConfig { stand_s: robot.follower.disarm_after_stand_s, ..MonitorConfig::DEFAULT },
             button: ButtonConfig::DEFAULT,
             gait_sensor: 0,
             supply: None,

@@ -8,6 +8,7 @@ use hgod_adc::{CalibrationError, ReferenceConfig, ReferenceError, Sensor, Sensor
 use joint_units::{AdcCode, Joint, Period, Volts};
 
 use crate::control::fault_table::FOLLOWER_LOST_MS;
+use crate::control::monitor::LONGEST_TOLERANCE_S;
 use crate::setup::robot_config::RobotConfig;
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 use crate::{BoardGenerator, GeneratorConfig, JointLoop, LoopConfig, LoopError};
@@ -105,7 +106,7 @@ impl core::error::Error for BoardLoopError {}
 ///
 /// `vrefint_cal` is the factory's code of the chip's internal reference, `min_supply` the lowest supply at which a sample can be good, see
 /// [`RobotConfig::min_supply_on`]. With `sensor_required` the joints move only while the sensors are good; a follower
-/// may lose them for [`FOLLOWER_LOST_MS`]. The emergency stop must be tested before the first arming ([`crate::control::stop_test`]), and the
+/// may lose them for [`FOLLOWER_LOST_MS`], or longer by [`crate::FollowerRules`]. The emergency stop must be tested before the first arming ([`crate::control::stop_test`]), and the
 /// clock of the watchdog measured ([`crate::control::watchdog_clock`]).
 ///
 /// ```
@@ -144,8 +145,13 @@ pub fn board_loop(
     config.monitor.stop_test_required = true;
     config.monitor.watchdog_clock_required = true;
     if parameters.generator.follows().is_some() {
-        // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good before this time.
-        config.monitor.sensor_tolerance_s = f32::from(FOLLOWER_LOST_MS) / 1000.0;
+        // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good before this time. If the robot
+        // may walk again later, the time of the stand ends it.
+        config.monitor.sensor_tolerance_s = if parameters.robot.follower.walks_again_after_lost_sensor {
+            LONGEST_TOLERANCE_S
+        } else {
+            f32::from(FOLLOWER_LOST_MS) / 1000.0
+        };
     }
     board_loop_with(&config, parameters, vrefint_cal, min_supply)
 }

@@ -19,6 +19,25 @@ pub struct RobotConfig {
     pub park: [Radians; Joint::COUNT],
     /// Supply below which no sample is good. V, 1.8 to 3.6.
     pub min_supply: Volts,
+    /// When a follower stops by itself.
+    pub follower: FollowerRules,
+}
+
+/// When a follower stops by itself: whoever wears or watches the robot is there, or the outputs go off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowerRules {
+    /// Time without a stride of the person after which the outputs go off. s, 1 to 60.
+    pub disarm_after_stand_s: f32,
+    /// Whether it walks again by itself when its sensor is good again after more than [`crate::FOLLOWER_LOST_MS`], as long as the person has not stood for
+    /// longer than the time above. Else that takes a hold of the button.
+    pub walks_again_after_lost_sensor: bool,
+}
+
+impl FollowerRules {
+    /// 10 s, longer than a stand before a step or at a door; a hold of the button after a lost sensor.
+    pub const DEFAULT: Self = Self { disarm_after_stand_s: 10.0, walks_again_after_lost_sensor: false };
+    /// Least and most of [`FollowerRules::disarm_after_stand_s`], s.
+    pub const STAND_S: (f32, f32) = (1.0, 60.0);
 }
 
 impl RobotConfig {
@@ -31,6 +50,7 @@ impl RobotConfig {
             servos: ServoConfig::default_biped(),
             park: DEFAULT_PARK,
             min_supply: Volts(2.7),
+            follower: FollowerRules::DEFAULT,
         }
     }
 
@@ -56,6 +76,8 @@ impl RobotConfig {
     /// [`LoopError`] names the first field that is not allowed, its joint, and what is allowed.
     pub fn build(&self, period: Period) -> Result<Robot, LoopError> {
         inside("robot.min_supply", None, self.min_supply.0, MIN_SUPPLY.0, MAX_SUPPLY.0, "V")?;
+        let (least, most) = FollowerRules::STAND_S;
+        inside("follower.disarm_after_stand_s", None, self.follower.disarm_after_stand_s, least, most, "s")?;
         Robot::build(&self.gate, &self.servos, &self.blend(), period)
     }
 

@@ -4,6 +4,8 @@
 //! The format is that of [`crate::store::flash_record`] with the magic word "FFRB" and kind 1. Numbers are the bits of `f32`, in SI units:
 //! ```text
 //! least supply      V
+//! stand             s, after which a follower without a stride of its person disarms
+//! walks again       1: after a lost sensor a follower walks again by itself; 0: it does not
 //! of each joint, in the order of Joint::ALL:
 //!   least, most     range, rad
 //!   rate            rad/s
@@ -27,7 +29,7 @@ use joint_units::{Joint, Period, PulseMicros, RadPerSec, RadPerSec2, Radians, Vo
 
 use crate::error::LoopError;
 use crate::setup::robot::{Direction, GateConfig, JointRange, POSE_LIMITS, PoseLimit, PoseSense, ServoConfig};
-use crate::setup::robot_config::RobotConfig;
+use crate::setup::robot_config::{FollowerRules, RobotConfig};
 use crate::store::flash_record::{FlashRecordError, Framed, WordError, WordReader, bytes_of, choice, open};
 use crate::store::record_name::RecordName;
 
@@ -36,10 +38,12 @@ pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 
 /// First bytes of a record.
 pub const MAGIC: [u8; 4] = *b"FFRB";
-const SCHEMA: u16 = 1;
+const SCHEMA: u16 = 2;
 const KIND: u16 = 1;
 /// Words of a robot without pose limits.
-const JOINT_WORDS: usize = 1 + 11 * Joint::COUNT;
+/// Words before those of the joints.
+const HEAD_WORDS: usize = 3;
+const JOINT_WORDS: usize = HEAD_WORDS + 11 * Joint::COUNT;
 const POSE_WORDS: usize = 4;
 const MAX_WORDS: usize = JOINT_WORDS + POSE_WORDS * POSE_LIMITS;
 
@@ -109,9 +113,10 @@ pub struct Stored {
 /// Makes the record of a robot. Its pose limits are stored without gaps between them.
 #[must_use]
 pub fn record_of(robot: &RobotConfig, name: &RecordName) -> Record {
-    let RobotConfig { gate, servos, park, min_supply } = robot;
+    let RobotConfig { gate, servos, park, min_supply, follower } = robot;
     Record::new(MAGIC, SCHEMA, KIND, name, |record| {
-        record.floats(&[min_supply.0]);
+        record.floats(&[min_supply.0, follower.disarm_after_stand_s]);
+        record.push(follower.walks_again_after_lost_sensor.into());
         let limits = gate.range.iter().zip(&gate.rate).zip(&gate.acceleration);
         for (((range, rate), acceleration), (servo, park)) in limits.zip(servos.iter().zip(park)) {
             record.floats(&[range.least.0, range.most.0, rate.0, acceleration.0, park.0]);
@@ -154,6 +159,10 @@ pub fn read(sector: &[u8]) -> Result<Option<Stored>, RobotRecordError> {
     let Some(mut found) = open(sector, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
     let mut robot = RobotConfig::default_biped();
     robot.min_supply = Volts(found.words.float()?);
+    robot.follower = FollowerRules {
+        disarm_after_stand_s: found.words.float()?,
+        walks_again_after_lost_sensor: choice(&mut found.words, "walks again after a lost sensor", &[false, true])?,
+    };
     let GateConfig { range, rate, acceleration, pose } = &mut robot.gate;
     let limits = range.iter_mut().zip(rate).zip(acceleration);
     for (((range, rate), acceleration), (servo, park)) in limits.zip(robot.servos.iter_mut().zip(&mut robot.park)) {
@@ -211,6 +220,7 @@ mod tests {
     fn other() -> RobotConfig {
         let mut robot = RobotConfig::default_biped();
         robot.min_supply = Volts(2.9);
+        robot.follower = FollowerRules { disarm_after_stand_s: 12.5, walks_again_after_lost_sensor: true };
         for joint in 0..Joint::COUNT {
             let more = joint as f32 * 0.01;
             robot.gate.range[joint].least.0 += 0.02 + more;
@@ -284,18 +294,21 @@ mod tests {
         let nan = f32::NAN.to_bits();
         for (place, word, words) in [
             (0, 1.0_f32.to_bits(), "robot.min_supply is 1 V; allowed are 1.8 to 3.6 V"),
-            (1, nan, "gate.range.least[left_hip] is not a finite number"),
-            (12 + 1, 9.0_f32.to_bits(), "gate.range.most[right_hip] is 515.662 deg"),
-            (23 + 2, 0, "gate.rate[left_knee] is 0 deg/s"),
-            (34 + 3, nan, "gate.acceleration[right_knee] is not"),
-            (5, 2.0_f32.to_bits(), "blend.park[left_hip] is 114.592 deg; allowed are -30 to 60 deg"),
-            (6, 70_000, "neutral is 70000; allowed is 0 to 65535"),
-            (6, 2_600, "servos.neutral[left_hip] is 2600 us; allowed are 500 to 2500 us"),
-            (7, nan, "servos.angle_at_neutral[left_hip] is not"),
-            (8, 0, "servos.micros_per_radian[left_hip] is 0 us/rad; allowed are 100 to 2000 us/rad"),
-            (9, 2, "direction is 2; allowed is 0 to 1"),
-            (10, 499, "servos.shortest[left_hip] is 499 us"),
-            (11, 2_501, "servos.longest[left_hip] is 2501 us"),
+            (1, 61.0_f32.to_bits(), "follower.disarm_after_stand_s is 61 s; allowed are 1 to 60 s"),
+            (1, nan, "follower.disarm_after_stand_s is not a finite number"),
+            (2, 2, "walks again after a lost sensor is 2; allowed is 0 to 1"),
+            (HEAD_WORDS, nan, "gate.range.least[left_hip] is not a finite number"),
+            (14 + 1, 9.0_f32.to_bits(), "gate.range.most[right_hip] is 515.662 deg"),
+            (25 + 2, 0, "gate.rate[left_knee] is 0 deg/s"),
+            (36 + 3, nan, "gate.acceleration[right_knee] is not"),
+            (7, 2.0_f32.to_bits(), "blend.park[left_hip] is 114.592 deg; allowed are -30 to 60 deg"),
+            (8, 70_000, "neutral is 70000; allowed is 0 to 65535"),
+            (8, 2_600, "servos.neutral[left_hip] is 2600 us; allowed are 500 to 2500 us"),
+            (9, nan, "servos.angle_at_neutral[left_hip] is not"),
+            (10, 0, "servos.micros_per_radian[left_hip] is 0 us/rad; allowed are 100 to 2000 us/rad"),
+            (11, 2, "direction is 2; allowed is 0 to 1"),
+            (12, 499, "servos.shortest[left_hip] is 499 us"),
+            (13, 2_501, "servos.longest[left_hip] is 2501 us"),
             (JOINT_WORDS, 4, "first joint of a pose limit is 4; allowed is 0 to 3"),
             (JOINT_WORDS, 3, "gate.pose[0] must name two different joints"),
             (JOINT_WORDS + 2, 7, "sense of a pose limit is 7; allowed is 0 to 1"),
@@ -311,6 +324,19 @@ mod tests {
             read(of_words(&good[..good.len() - 1]).bytes()),
             Err(RobotRecordError::Frame(FlashRecordError::Kind { kind: KIND, .. }))
         ));
+    }
+
+    /// A record of the schema before, which had no rules of a follower: the board stays off, and the words say how the record is made again.
+    #[test]
+    fn a_record_of_the_schema_before_is_refused() {
+        let new = words_of(&record_of(&RobotConfig::default_biped(), &NAME));
+        let old = [&new[..1], &new[HEAD_WORDS..]].concat();
+        let record = Record::new(MAGIC, 1, KIND, &NAME, |record| old.iter().for_each(|word| record.push(*word)));
+        let error = read(record.bytes()).expect_err("old").to_string();
+        assert!(
+            error.contains("schema 1") && error.ends_with("make the record again with `footfall pack --robot`"),
+            "{error}"
+        );
     }
 
     proptest! {

@@ -18,9 +18,10 @@ use libtest_mimic::{Arguments, Trial};
 /// The variable that makes needs required.
 const REQUIRE: &str = "FOOTFALL_REQUIRE";
 
-/// The flashed image, the image that drives nothing, that of the Black Pill, the program that runs them, and the host tool.
+/// The flashed image, the image that drives nothing, that without a sensor and a debugger, that of the Black Pill, the program that runs them, and the host tool.
 const ELF: &str = "FOOTFALL_ELF";
 const SHADOW_ELF: &str = "FOOTFALL_SHADOW_ELF";
+const NO_SENSOR_ELF: &str = "FOOTFALL_NO_SENSOR_ELF";
 const BLACK_PILL_ELF: &str = "FOOTFALL_BLACK_PILL_ELF";
 /// The image of the Raspberry Pi Pico, and the file that its boot loader takes.
 const PICO_ELF: &str = "FOOTFALL_PICO_ELF";
@@ -44,6 +45,8 @@ pub enum Need {
     Image,
     /// The image that drives no servo pin, and the virtual board.
     ShadowImage,
+    /// The image of the features `no-sensor` and `no-debugger`, and the virtual board.
+    NoSensorImage,
     /// The image of the Black Pill, and the virtual board.
     BlackPillImage,
     /// The image of the Raspberry Pi Pico, Node.js, and the packages of `firmware-rp2040/emulator`.
@@ -65,7 +68,9 @@ impl Need {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Image | Self::ShadowImage | Self::BlackPillImage | Self::Program => "virtual-board",
+            Self::Image | Self::ShadowImage | Self::NoSensorImage | Self::BlackPillImage | Self::Program => {
+                "virtual-board"
+            }
             Self::Traces | Self::Wild => "traces",
             Self::PicoImage => "node",
             Self::Terminal => "terminal",
@@ -79,6 +84,7 @@ impl Need {
         let variables: &[&str] = match self {
             Self::Image => &[ELF, VIRTUAL_BOARD],
             Self::ShadowImage => &[SHADOW_ELF, VIRTUAL_BOARD],
+            Self::NoSensorImage => &[NO_SENSOR_ELF, VIRTUAL_BOARD],
             Self::BlackPillImage => &[BLACK_PILL_ELF, VIRTUAL_BOARD],
             Self::PicoImage => &[PICO_ELF, PICO_UF2],
             Self::Program => &[PROGRAM],

@@ -1,9 +1,13 @@
 //! The robot file: servos, limits, park pose and least supply of a robot, in degrees, seconds, microseconds and volts.
 //!
 //! ```toml
-//! schema = 1
+//! schema = 2
 //! name = "biped 2"               # 1 to 24 bytes, shown in the board's boot line
 //! min_supply_v = 2.7
+//!
+//! [follower]                     # when a generator that follows a person stops by itself
+//! disarm_after_stand_s = 10
+//! walks_again_after_lost_sensor = false
 //!
 //! [left_hip]                     # and so on for each joint
 //! neutral_us = 1500
@@ -13,13 +17,13 @@
 //! ...
 //! ```
 //! `footfall defaults robot` prints the default robot in this layout. Every field is required, so that a file does not depend on the
-//! defaults of the program that reads it. Numbers are written in the shortest form that reads back to the same bits.
+//! defaults of the program that reads it. A file of schema 1 has no table `follower`: it is read with the numbers that every board had then, those above. Numbers are written in the shortest form that reads back to the same bits.
 
 use std::path::Path;
 
 use joint_loop::{
-    Direction, GateConfig, JointRange, LoopError, POSE_LIMITS, PoseLimit, PoseSense, RecordName, RobotConfig,
-    ServoConfig,
+    Direction, FollowerRules, GateConfig, JointRange, LoopError, POSE_LIMITS, PoseLimit, PoseSense, RecordName,
+    RobotConfig, ServoConfig,
 };
 use joint_units::{Joint, Period, PulseMicros, RadPerSec, RadPerSec2, Radians, Volts};
 use serde::{Deserialize, Serialize};
@@ -29,7 +33,10 @@ use crate::toml_file::{FileError, FileKind, Problem, TomlFile};
 use crate::word::{self, Word};
 
 /// Version of the layout.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
+
+/// The version before, without the rules of a follower.
+const OLD_SCHEMA: u32 = 1;
 
 /// How a correct file is made, for errors.
 const HELP: &str = "`footfall defaults robot` prints one";
@@ -40,6 +47,9 @@ const COMMENT: &str = "\
 # must be within shortest_us to longest_us. park_deg: the pose that motion starts from and comes back to.
 # pose: up to 6 bounds on two joints together, first + second (sum) or first - second (difference).
 # min_supply_v: below it no sensor sample is good; the board's own least supply holds where it is higher.
+# follower: when a generator that follows a person stops by itself. disarm_after_stand_s, 1 to 60: after so long without a stride of the person the
+# outputs go off. walks_again_after_lost_sensor: true lets it walk again by itself when a sensor that was lost for more than 5 s is good again, before
+# the outputs are off by the time above; with false that takes a hold of the button.
 ";
 
 /// Largest bound of a pose limit, without its sign.
@@ -88,9 +98,15 @@ impl RobotFile {
     fn of(file: &TomlFile) -> Result<Self, FileError> {
         let top = file.top(HELP)?;
         let joints = Joint::ALL.map(Joint::name);
-        let keys = [&["schema", "name", "min_supply_v", "pose"][..], &joints].concat();
-        top.layout(FileKind::Robot, &[(SCHEMA, &keys)])?;
+        let old_keys = [&["schema", "name", "min_supply_v", "pose"][..], &joints].concat();
+        let keys = [&old_keys[..], &["follower"]].concat();
+        let schema = top.layout(FileKind::Robot, &[(OLD_SCHEMA, &old_keys), (SCHEMA, &keys)])?;
         let layout: Layout = top.read()?;
+        let follower = match (layout.follower, schema) {
+            (Some(rules), _) => rules.rules(),
+            (None, OLD_SCHEMA) => FollowerRules { disarm_after_stand_s: 10.0, walks_again_after_lost_sensor: false },
+            (None, _) => top.get::<Follower>("follower")?.rules(),
+        };
         let name =
             RecordName::new(&layout.name).map_err(|error| top.error("name", Problem::Rule(error.to_string())))?;
         if layout.pose.len() > POSE_LIMITS {
@@ -102,7 +118,7 @@ impl RobotFile {
             let allowed = format!("a number from -{MOST_POSE_DEG} to {MOST_POSE_DEG} degrees");
             return Err(top.not_allowed(&format!("pose[{index}].most_deg"), &allowed));
         }
-        let robot = layout.robot();
+        let robot = layout.robot(follower);
         match robot.build(Period::MILLISECOND) {
             Ok(_) => Ok(Self { name, robot }),
             Err(error @ LoopError::NotFinite { .. }) => Err(top.not_allowed(&field_of(&error), "a finite number")),
@@ -124,11 +140,27 @@ struct Layout {
     schema: u32,
     name: String,
     min_supply_v: f32,
+    /// Required from schema 2 on.
+    follower: Option<Follower>,
     left_hip: OneJoint,
     right_hip: OneJoint,
     left_knee: OneJoint,
     right_knee: OneJoint,
     pose: Vec<Pose>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Follower {
+    disarm_after_stand_s: f32,
+    walks_again_after_lost_sensor: bool,
+}
+
+impl Follower {
+    fn rules(self) -> FollowerRules {
+        let Self { disarm_after_stand_s, walks_again_after_lost_sensor } = self;
+        FollowerRules { disarm_after_stand_s, walks_again_after_lost_sensor }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -161,7 +193,7 @@ struct Pose {
 
 impl Layout {
     fn of(file: &RobotFile) -> Self {
-        let RobotConfig { gate, servos, park, min_supply } = file.robot;
+        let RobotConfig { gate, servos, park, min_supply, follower } = file.robot;
         let joint = |joint: Joint| {
             let at = joint as usize;
             let (range, servo) = (gate.range[at], servos[at]);
@@ -187,6 +219,10 @@ impl Layout {
             schema: SCHEMA,
             name: file.name.as_str().into(),
             min_supply_v: min_supply.0,
+            follower: Some(Follower {
+                disarm_after_stand_s: follower.disarm_after_stand_s,
+                walks_again_after_lost_sensor: follower.walks_again_after_lost_sensor,
+            }),
             left_hip,
             right_hip,
             left_knee,
@@ -195,7 +231,7 @@ impl Layout {
         }
     }
 
-    fn robot(self) -> RobotConfig {
+    fn robot(self, follower: FollowerRules) -> RobotConfig {
         let joints = [self.left_hip, self.right_hip, self.left_knee, self.right_knee];
         let joints = joints.each_ref();
         let rad = Radians::from_degrees;
@@ -223,6 +259,7 @@ impl Layout {
             }),
             park: joints.map(|joint| rad(joint.park_deg)),
             min_supply: Volts(self.min_supply_v),
+            follower,
         }
     }
 }
@@ -249,6 +286,7 @@ fn field_of(error: &LoopError) -> String {
     };
     let key = match field {
         "robot.min_supply" => return "min_supply_v".into(),
+        "follower.disarm_after_stand_s" => return field.into(),
         "gate.range" => "range_deg",
         "gate.range.least" => "range_deg[0]",
         "gate.range.most" => "range_deg[1]",

@@ -146,6 +146,9 @@ struct Cli {
     /// The option bytes have the brown-out reset off, as in a chip as delivered
     #[arg(long)]
     no_brown_out_reset: bool,
+    /// Level of the brown-out reset in the option bytes; `cargo xtask flash` sets the highest one
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(1..=3), default_value_t = 3, conflicts_with = "no_brown_out_reset")]
+    brown_out_level: u8,
     /// The crystal does not start
     #[arg(long, conflicts_with = "hse_hz")]
     hse_dead: bool,
@@ -421,9 +424,8 @@ fn run(cli: &Cli) -> Result<u8> {
     let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = image.board.config();
     let vdda = cli.vdda.unwrap_or(default.vdda);
-    /// BOR_LEV of a chip that `cargo xtask flash` has written: the highest level. The model's default is that of a chip as delivered: off.
-    const BROWN_OUT_RESET_ON: u8 = 0;
-    let bor_level = if cli.no_brown_out_reset { default.bor_level } else { BROWN_OUT_RESET_ON };
+    // BOR_LEV counts from the highest level down. The model's default is that of a chip as delivered: off.
+    let bor_level = if cli.no_brown_out_reset { default.bor_level } else { 3 - cli.brown_out_level };
     let hse_hz = cli.hse_hz.unwrap_or(default.hse_hz);
     let config = SocConfig { hse_hz, lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
     let options = RunOptions {

@@ -33,6 +33,7 @@ pub(super) struct State {
     pub(super) counts: RefCell<Counts>,
     pub(super) image: OnceCell<PathBuf>,
     pub(super) shadow: OnceCell<PathBuf>,
+    pub(super) without_sensor: OnceCell<PathBuf>,
     pub(super) black_pill: OnceCell<PathBuf>,
     virtual_board: OnceCell<PathBuf>,
     selftest: OnceCell<PathBuf>,
@@ -46,6 +47,7 @@ impl State {
             counts: RefCell::default(),
             image: OnceCell::new(),
             shadow: OnceCell::new(),
+            without_sensor: OnceCell::new(),
             black_pill: OnceCell::new(),
             virtual_board: OnceCell::new(),
             selftest: OnceCell::new(),
@@ -58,6 +60,11 @@ impl State {
 
     pub(super) fn shadow(&self) -> Result<&Path> {
         build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
+    }
+
+    /// The image with the features `no-sensor` and `no-debugger`.
+    pub(super) fn without_sensor(&self) -> Result<&Path> {
+        build_once(&self.without_sensor, || Ok(self.workspace.firmware_without_sensor()?.elf))
     }
 
     /// The image of the Black Pill, the other board that the virtual board models.

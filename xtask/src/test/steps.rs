@@ -104,7 +104,7 @@ pub(super) const STEPS: [Step; 27] = [
     },
     Step {
         name: "images",
-        claim: "the firmware builds for every board, in single precision",
+        claim: "the firmware builds for every board and with each feature, in single precision",
         needs: &[Need::BoardCompiler],
         uses: &[],
         run: images,
@@ -398,6 +398,8 @@ fn images(state: &State) -> Result<String> {
     let mut sizes = Vec::new();
     let shadow = state.workspace.firmware(Board::F4Discovery, Drive::Nothing)?;
     let _ = state.shadow.set(shadow.elf);
+    let without_sensor = state.workspace.firmware_without_sensor()?;
+    let _ = state.without_sensor.set(without_sensor.elf);
     for board in Board::ALL {
         let image = state.workspace.firmware(board, Drive::Servos)?;
         // One such routine in a tick costs as much as fifty in single precision, and no other test shows it.
@@ -511,6 +513,7 @@ fn image_tests(state: &State) -> Result<String> {
     let variables = [
         ("FOOTFALL_ELF", state.image()?),
         ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_NO_SENSOR_ELF", state.without_sensor()?),
         ("FOOTFALL_BLACK_PILL_ELF", state.black_pill()?),
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
         ("FOOTFALL_BIN", &footfall),

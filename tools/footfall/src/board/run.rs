@@ -16,7 +16,7 @@ use joint_loop::SENSORS;
 use joint_loop::setup::default_loop::Parameters;
 use joint_units::AdcCode;
 use std::collections::VecDeque;
-use wire::{Boot, Cost, Edge, Environment, Frame, Inputs, Record, Subject};
+use wire::{Boot, Conditions, Cost, Edge, Environment, Frame, Inputs, Record, Subject};
 
 /// Calls of the loop between two frames.
 pub const CALLS_A_FRAME: u32 = wire::CALLS as u32;
@@ -82,6 +82,8 @@ pub enum Event {
     Cost(Cost),
     /// Temperature and supply.
     Environment(Environment),
+    /// What was not as it should be, since the boot.
+    Conditions(Conditions),
     /// An edge at the synchronisation input.
     Edge(Edge),
     /// Pulses at the pins.
@@ -241,6 +243,7 @@ impl<'t> BoardRun<'t> {
                     events.push(Event::Cost(cost));
                 }
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
+                Record::Conditions(conditions) => events.push(Event::Conditions(conditions)),
                 // The log also has them as text lines.
                 Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}
             }

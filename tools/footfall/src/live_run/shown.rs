@@ -93,6 +93,7 @@ impl Shown {
                 news.extend(self.debugger(environment.debugger));
                 news
             }
+            Record::Conditions(conditions) => self.show(Event::Conditions(conditions)),
             Record::Edge(edge) => self.show(Event::Edge(edge)),
             Record::Refused(refused) if !self.has_log => {
                 let text = format!("{}: {}", refused.subject.name(), refused.reason);

@@ -59,6 +59,7 @@ pub fn object(view: &View) -> Value {
         "shadow": view.counters.shadow,
         "watchdog_hz": view.environment.and_then(|chip| chip.watchdog_hz),
         "debugger": view.environment.map(|chip| chip.debugger),
+        "supply_dips": view.conditions.map(|conditions| conditions.supply_dips),
         "following": view.counters.following,
         "setpoint_deg": tick.setpoints_deg(),
         "pulse_us": view.pins_us,
@@ -78,7 +79,18 @@ fn sensors(view: &View, tick: &Frame) -> Vec<Value> {
             let joint = view.sensors.get(channel).map(|joint| joint.name());
             let deg = sensor.map_or(0.0, |sensor| sensor.angle_deg());
             let validity = sensor.map(|sensor| sensor.validity.name());
-            json!({ "channel": channel + 1, "joint": joint, "deg": deg, "validity": validity })
+            // Counts since the boot: a fault between two lines is in them.
+            let counts = view.conditions.and_then(|conditions| conditions.sensors[channel]);
+            let changes = counts.map(|counts| counts.changes);
+            let not_good_ms = counts.map(|counts| counts.counts().not_good().0);
+            json!({
+                "channel": channel + 1,
+                "joint": joint,
+                "deg": deg,
+                "validity": validity,
+                "validity_changes": changes,
+                "not_good_ms": not_good_ms,
+            })
         })
         .collect()
 }

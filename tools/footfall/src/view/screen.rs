@@ -145,10 +145,12 @@ fn second(view: &View) -> Line<'_> {
         view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("  die {die:.0} \u{b0}C"));
     let supply =
         view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("  {supply:.2} V"));
+    let dips = view.conditions.map_or(0, |conditions| conditions.supply_dips);
+    let dips = if dips == 0 { String::new() } else { format!("  {dips} dips of the supply") };
     let debugger = if view.environment.is_some_and(|chip| chip.debugger) { "  debugger attached" } else { "" };
     let watchdog = view.environment.and_then(|chip| chip.watchdog_hz);
     let watchdog = watchdog.map_or(String::new(), |hz| format!("  watchdog {:.1} kHz", f64::from(hz) / 1000.0));
-    Line::from(format!(" {books}{debugger}{supply}{die}{watchdog}{cost}"))
+    Line::from(format!(" {books}{debugger}{supply}{dips}{die}{watchdog}{cost}"))
 }
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {

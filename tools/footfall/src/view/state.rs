@@ -7,7 +7,7 @@ use crate::view::tuning::Tuning;
 use joint_loop::SENSORS;
 use joint_units::Joint;
 use std::collections::VecDeque;
-use wire::{Cost, Environment, Frame};
+use wire::{Conditions, Cost, Environment, Frame};
 
 /// Length of the charts, in virtual seconds.
 pub const PAST_S: f64 = 4.0;
@@ -117,6 +117,8 @@ pub struct View {
     pub cost: Option<Cost>,
     /// Temperature and supply of the board.
     pub environment: Option<Environment>,
+    /// What was not as it should be, since the boot.
+    pub conditions: Option<Conditions>,
     /// Counters of the run.
     pub counters: Counters,
 }
@@ -134,7 +136,7 @@ impl View {
             Event::Booted { t_s, cause } => {
                 self.advance(*t_s);
                 (self.boots, self.boot_cause) = (self.boots + 1, cause.clone());
-                (self.last, self.cost, self.environment) = (None, None, None);
+                (self.last, self.cost, self.environment, self.conditions) = (None, None, None, None);
                 self.heard.boot_at_s = *t_s;
                 self.past.clear();
                 self.note(format!("{t_s:9.3} s  boot: {cause}"));
@@ -159,6 +161,7 @@ impl View {
             }
             Event::Cost(cost) => self.cost = Some(*cost),
             Event::Environment(environment) => self.environment = Some(*environment),
+            Event::Conditions(conditions) => self.conditions = Some(*conditions),
             Event::Pulses { t_s, us } => {
                 self.advance(*t_s);
                 (self.pins_us, self.pulses_at_s) = (*us, *t_s);

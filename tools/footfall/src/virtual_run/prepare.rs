@@ -22,7 +22,7 @@ pub(super) struct Prepared {
     pub(super) image: Image,
     pub(super) feed: Feed,
     secs: Option<f64>,
-    presses: Vec<f64>,
+    pub(super) presses: Vec<f64>,
     pub(super) notes: Vec<String>,
 }
 

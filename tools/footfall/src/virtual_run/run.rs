@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::prepare::{Prepared, about, arguments, prepare, tests_stop};
-use super::settings::{STOP_TEST_S, Settings, Show};
+use super::settings::{PRESS_S, STOP_TEST_S, Settings, Show};
 use super::tuned::Tuned;
 use crate::board::lines::BoardLine;
 use crate::board::process::{BoardProcess, Output};
@@ -39,6 +39,20 @@ const LAST_LINE: Duration = Duration::from_secs(10);
 /// Exit code of the virtual board for wrong input, such as a script that it cannot read.
 const WRONG_INPUT: i32 = 2;
 
+/// What is done with the user button for the user, in words: nothing else arms a board.
+fn holds(settings: &Settings, presses: &[f64]) -> String {
+    let given = settings.board.iter().any(|option| option.to_string_lossy().starts_with("--press"));
+    let more = if given { ", and as the options after `--` say" } else { "" };
+    match presses {
+        [] if given => "only as the options after `--` say".into(),
+        [] => "not held; without a hold of it the board does not arm".into(),
+        [first, later @ ..] => {
+            let later: String = later.iter().map(|at| format!(", pressed at {at:.1} s")).collect();
+            format!("held from {first} to {:.1} s, and its release arms the board{later}{more}", first + PRESS_S)
+        }
+    }
+}
+
 /// Runs the image. `interrupt` is set by a signal that asks the run to end.
 ///
 /// # Errors
@@ -58,6 +72,7 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
             format!("only as the options after `--` say, which replace its press and release at {at} s")
         }
     ));
+    messages::status(format_args!("button: {}", holds(settings, &prepared.presses)));
     if let Some(path) = &settings.generator {
         messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }

@@ -36,6 +36,8 @@ fn each_field_out_of_range_is_refused_by_name() {
     let default = RobotFile::default_biped().to_toml();
     for (from, to, field, words) in [
         ("min_supply_v = 2.7", "min_supply_v = 1.7", "min_supply_v", "1.8 to 3.6 V"),
+        ("disarm_after_stand_s = 10.0", "disarm_after_stand_s = 0.9", "follower.disarm_after_stand_s", "1 to 60 s"),
+        ("disarm_after_stand_s = 10.0", "disarm_after_stand_s = 61", "follower.disarm_after_stand_s", "1 to 60 s"),
         ("range_deg = [-30.0, 60.0]", "range_deg = [-31, 60]", "left_hip.range_deg[0]", "-30 to 120 deg"),
         ("range_deg = [-30.0, 60.0]", "range_deg = [-30, 121]", "left_hip.range_deg[1]", "-30 to 120 deg"),
         ("range_deg = [-30.0, 60.0]", "range_deg = [20, 10]", "left_hip.range_deg", "below the most"),
@@ -84,6 +86,21 @@ fn each_field_out_of_range_is_refused_by_name() {
     assert!(error.contains("field `pose`") && error.contains("0 to 6 limits"), "{error}");
 }
 
+/// A file of the version before is read with the numbers of that time; its own key is none of that version, and the table is required in this one.
+#[test]
+fn a_file_of_the_version_before_is_read() {
+    let new = RobotFile::default_biped().to_toml();
+    let start = new.find("[follower]").expect("the table");
+    let end = start + new[start..].find("[left_hip]").expect("a joint");
+    let without = format!("{}{}", &new[..start], &new[end..]);
+    let old = without.replace("schema = 2", "schema = 1");
+    assert_eq!(parsed(&old), Ok(RobotFile::default_biped()));
+    let error = parsed(&new.replace("schema = 2", "schema = 1")).expect_err("a key of the next version").to_string();
+    assert!(error.contains("follower"), "{error}");
+    let error = parsed(&without).expect_err("a missing table").to_string();
+    assert!(error.contains("field `follower`") && error.contains("is missing"), "{error}");
+}
+
 /// Every field broken in turn: the error names file, line and field, and says what is allowed.
 #[test]
 fn each_broken_field_is_named_with_its_line() {
@@ -106,7 +123,7 @@ fn each_broken_field_is_named_with_its_line() {
         let error = parsed(&without.join("\n")).expect_err("a missing key").to_string();
         assert!(error.contains(key) && error.contains("is missing"), "{key}: {error}");
     }
-    assert_eq!(broken_lines, 3 * (3 + 4 * 10 + 5 * 4));
+    assert_eq!(broken_lines, 3 * (3 + 2 + 4 * 10 + 5 * 4));
 }
 
 proptest! {
@@ -116,6 +133,7 @@ proptest! {
         rate in prop::array::uniform4(100.0_f32..500.0), acceleration in prop::array::uniform4(2_000.0_f32..60_000.0),
         park in prop::array::uniform4(0.0_f32..5.0), neutral in prop::array::uniform4(1_450_u16..1_550),
         scale in prop::array::uniform4(300.0_f32..650.0), mirrored: [bool; 4], supply in 1.8_f32..3.6, poses in 0_usize..7,
+        stand in 1.0_f32..60.0, walks_again: bool,
     ) {
         let mut file = RobotFile::default_biped();
         let robot = &mut file.robot;
@@ -135,6 +153,7 @@ proptest! {
             servo.direction = Direction::ALL[usize::from(mirrored[joint])];
         }
         (robot.park, robot.min_supply) = (rad(park), Volts(supply));
+        robot.follower = FollowerRules { disarm_after_stand_s: stand, walks_again_after_lost_sensor: walks_again };
         prop_assume!(robot.build(Period::MILLISECOND).is_ok());
         assert_round_trip(file);
     }

@@ -35,7 +35,9 @@ pub(crate) const PARAMETERS_END: usize = 0x1_0000;
 const HEAD: usize = 36;
 const TAIL: usize = 8;
 /// Schema and kind of a robot record.
-const ROBOT_SCHEMA: [u8; 4] = [1, 0, 1, 0];
+const ROBOT_SCHEMA: [u8; 4] = [2, 0, 1, 0];
+/// Words before those of the joints: the least supply, and when a follower stops by itself.
+const HEAD_WORDS: usize = 3;
 /// Words of a joint in it.
 const JOINT_WORDS: usize = 11;
 
@@ -105,8 +107,8 @@ impl Joint {
         }
         let words: Vec<u32> =
             words.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-        // The least supply is before the joints.
-        let joints: Vec<Self> = words.get(1..)?.chunks_exact(JOINT_WORDS).take(4).map(Self::of_words).collect();
+        let joints: Vec<Self> =
+            words.get(HEAD_WORDS..)?.chunks_exact(JOINT_WORDS).take(4).map(Self::of_words).collect();
         joints.try_into().ok()
     }
 
@@ -157,14 +159,14 @@ pub(super) mod tests {
 
     /// A flash whose robot has, for each joint, -1 to 1 rad at 2 rad/s and 600 us/rad around 1500 us, the last one mirrored around 0.5 rad.
     pub(in crate::judge) fn flash() -> Vec<u8> {
-        let mut words = vec![3.0_f32.to_bits()];
+        let mut words = vec![3.0_f32.to_bits(), 10.0_f32.to_bits(), 0];
         for joint in 0..4 {
             let mirrored = u32::from(joint == 3);
             let floats = [-1.0, 1.0, 2.0, 100.0, 0.5 * mirrored as f32].map(f32::to_bits);
             words.extend(floats);
             words.extend([1500, (0.5_f32 * mirrored as f32).to_bits(), 600.0_f32.to_bits(), mirrored, 550, 2450]);
         }
-        let mut record = b"FFRB\x01\x00\x01\x00".to_vec();
+        let mut record = b"FFRB\x02\x00\x01\x00".to_vec();
         record.extend((words.len() as u32).to_le_bytes());
         record.extend([b'a'; 24]);
         words.iter().for_each(|word| record.extend(word.to_le_bytes()));

@@ -194,7 +194,8 @@ impl Sampler {
             | Record::Refused(_)
             | Record::Answered(_)
             | Record::Port(_)
-            | Record::Settings(_) => {}
+            | Record::Settings(_)
+            | Record::Conditions(_) => {}
         }
         None
     }
