@@ -135,6 +135,43 @@ impl Gate {
         state: &mut GateState,
         target: [Radians; Joint::COUNT],
     ) -> Result<([Radians; Joint::COUNT], GateStatus), NonFinite> {
+        if self.follow(state, &target) { Ok((target, GateStatus::NONE)) } else { self.limit_each(state, target) }
+    }
+
+    /// Takes the targets as they are where no limit acts: all joints were on their goals, and rate, acceleration, range and envelope allow the
+    /// steps to these, whatever follows. Otherwise, also where more would have to be computed to know, it returns false and changes nothing.
+    fn follow(&self, state: &mut GateState, target: &[Radians; Joint::COUNT]) -> bool {
+        /// More than the sum of four joints in range, rad.
+        const LARGE: f32 = 16.0;
+        // A conversion is 0 for NaN, which a sum finds, and the largest number for infinity, which is out of range.
+        let [a, b, c, d] = target.map(|angle| angle.0);
+        let is_number = ((a + b) + (c + d)).abs() < LARGE;
+        let goal = target.map(|angle| (angle.0 * STEPS) as i32);
+        let mut allowed = is_number;
+        let mut step = [0; Joint::COUNT];
+        for (at, limits) in self.joints.iter().enumerate() {
+            let position = state.position[at & 3];
+            // It may not fit, and is not allowed then; the position is in range.
+            let wanted = goal[at & 3].wrapping_sub(position);
+            step[at & 3] = wanted;
+            allowed = allowed && position == state.goal[at & 3] && limits.allow(position, state.step[at & 3], wanted);
+        }
+        // After the ranges, within which the sums fit.
+        if !allowed || self.edges().iter().any(|edge| edge.sum(&goal) > edge.far_goal) {
+            return false;
+        }
+        *state = GateState { position: goal, step, goal };
+        true
+    }
+
+    /// [`Gate::limit`] for any targets.
+    #[cold]
+    #[inline(never)]
+    fn limit_each(
+        &self,
+        state: &mut GateState,
+        target: [Radians; Joint::COUNT],
+    ) -> Result<([Radians; Joint::COUNT], GateStatus), NonFinite> {
         // All later steps need finite targets; those in range are.
         let in_range = self.joints.iter().zip(&target).all(|(limits, angle)| limits.contain(*angle));
         if !in_range {

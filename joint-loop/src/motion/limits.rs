@@ -22,6 +22,9 @@ pub(crate) struct Limits {
     pub(crate) ends: [f32; 2],
     /// `rate + brake(rate)`: with so much clearance or more, a bound allows every step that the rate allows. Braking takes at most 90 degrees.
     pub(crate) clearance: i32,
+    /// Positions from which a step within the rate that raises, or lowers, them is allowed by the range, and ends inside of it.
+    pub(crate) may_rise: i32,
+    pub(crate) may_fall: i32,
 }
 
 /// Bound on two joints: `q[joints[0]] + sign q[joints[1]] <= most`.
@@ -33,6 +36,8 @@ pub(crate) struct Edge {
     pub(crate) most: i32,
     /// Up to this sum, the edge bounds no step of its joints: `most` less the clearance of both.
     pub(crate) far: i32,
+    /// Up to this sum of goals, the edge bounds no step within the rate that leads to them: `far` less the rate of both.
+    pub(crate) far_goal: i32,
 }
 
 impl Limits {
@@ -72,8 +77,13 @@ impl Limits {
             acceleration,
             ends: [least, most].map(|end| end as f32 / STEPS),
             clearance: 0,
+            may_rise: 0,
+            may_fall: 0,
         };
         limits.clearance = (i64::from(limits.rate) + limits.brake(i64::from(limits.rate))) as i32;
+        // One more than the rate, so that the goal is not at the end itself, where the angle in single precision may be beyond it.
+        let room = limits.clearance.max(limits.rate.saturating_add(1));
+        (limits.may_rise, limits.may_fall) = (most.saturating_sub(room), least.saturating_add(room));
         Ok(limits)
     }
 
@@ -85,9 +95,22 @@ impl Limits {
 
     /// Whether rate, acceleration and range allow this step at this position, whatever follows. False also where more than these would have to be
     /// computed to know.
+    #[inline]
     pub(crate) fn allow(&self, position: i32, last: i32, step: i32) -> bool {
+        let has_room = if step < 0 { position >= self.may_fall } else { position <= self.may_rise };
+        step.unsigned_abs() <= self.rate.unsigned_abs()
+            && (step - last).unsigned_abs() <= self.acceleration.get()
+            && (has_room || self.can_stop(position, step))
+    }
+
+    /// Whether the joint can brake before the end of its range after this step, which is within the rate; false also if it then stops at the end itself.
+    fn can_stop(&self, position: i32, step: i32) -> bool {
         let distance = if step < 0 { position - self.least } else { self.most - position };
-        step.abs() <= self.rate && (step - last).unsigned_abs() <= self.acceleration.get() && distance >= self.clearance
+        let v = step.unsigned_abs();
+        // Braking takes at most 90 degrees, so twice that fits.
+        let n = v / self.acceleration;
+        let brake = n * v - self.acceleration.get() * (n * (n + 1) / 2);
+        v + brake < distance.unsigned_abs()
     }
 
     /// Nearest position in range.
@@ -118,7 +141,7 @@ impl Limits {
 impl Edge {
     /// In the place of an edge where there is none.
     pub(crate) const NONE: Self =
-        Self { joints: [Joint::LeftHip, Joint::RightHip], sign: 1, most: i32::MAX, far: i32::MAX };
+        Self { joints: [Joint::LeftHip, Joint::RightHip], sign: 1, most: i32::MAX, far: i32::MAX, far_goal: i32::MAX };
 
     pub(crate) fn build(index: usize, limit: &PoseLimit, joints: &[Limits; Joint::COUNT]) -> Result<Self, LoopError> {
         if limit.first == limit.second {
@@ -132,8 +155,10 @@ impl Edge {
             PoseSense::Difference => -1,
         };
         let pair = [limit.first, limit.second];
-        let [first, second] = pair.map(|joint| joints[joint as usize & 3].clearance);
-        Ok(Self { joints: pair, sign, most, far: most.saturating_sub(first).saturating_sub(second) })
+        let [first, second] = pair.map(|joint| joints[joint as usize & 3]);
+        let far = most.saturating_sub(first.clearance).saturating_sub(second.clearance);
+        let far_goal = far.saturating_sub(first.rate).saturating_sub(second.rate);
+        Ok(Self { joints: pair, sign, most, far, far_goal })
     }
 
     /// The sum that the edge bounds, in steps. Within the ranges of the joints it is at most 5 rad, so it fits.
