@@ -16,6 +16,7 @@ fn main() -> ExitCode {
         the_sensor_of_the_sample_rows_walks(Image),
         a_board_that_nobody_arms_is_called_dark(Image),
         who_holds_the_button_is_said(Image),
+        a_contact_and_a_dip_between_two_lines_are_in_the_lines(Image),
         the_last_object_of_the_page_is_that_of_today(Image),
     ])
 }
@@ -185,4 +186,25 @@ fn who_holds_the_button_is_said() {
         let text = said(options);
         assert!(text.contains(words), "{options:?}: {text}");
     }
+}
+
+/// The sensor's wire is off for 25 ms, the supply low for 20 ms: over before the next line, which has both.
+fn a_contact_and_a_dip_between_two_lines_are_in_the_lines() {
+    let script = "[[event]]\nat_s = 1.51\ninject = { volts = { pin = \"PA1\", volts = 0.0 } }\nfor_ms = 25\n\
+                  [[event]]\nat_s = 1.61\ninject = { supply = 2.6 }\nfor_ms = 20\n";
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), script).expect("written");
+    let text = said(&["--json", "--secs", "3.5", "--", "--script", file.path().to_str().expect("text")]);
+    let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let last = lines.filter(|line| line["type"] == "tick" && line["supply_dips"].is_u64()).last().expect("counts");
+    let sensor = &last["sensors"][0];
+    report!(
+        "{} dips, {} changes, {} ms not good",
+        last["supply_dips"],
+        sensor["validity_changes"],
+        sensor["not_good_ms"]
+    );
+    assert_eq!(last["supply_dips"], 1, "{last}");
+    assert!(sensor["validity_changes"].as_u64().is_some_and(|changes| changes >= 4), "{last}");
+    assert!(sensor["not_good_ms"].as_u64().is_some_and(|ms| (40..100).contains(&ms)), "{last}");
 }

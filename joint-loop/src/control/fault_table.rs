@@ -20,7 +20,8 @@
 //!   more than [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later. A press is
 //!   needed to move again. The cause is the worst validity ([`Validity::worse`]) of the last [`SENSOR_TOLERANCE_MS`].
 //! - *follower*: a generator whose phase is locked to the sensor. The supervisor *parks* the joints when the sensor has not been good for more than
-//!   [`FOLLOWER_LOST_MS`], so that nothing walks by itself when the sensor is good again later. Before that, the follower *freewheels*
+//!   [`FOLLOWER_LOST_MS`], so that nothing walks by itself when the sensor is good again later, unless the robot's [`crate::FollowerRules`] say so; then
+//!   the time of the stand ends the motion. Before that, the follower *freewheels*
 //!   after [`FOLLOWER_BRIDGE_MS`] without a good sample: it continues at its last cadence for at most [`FREEWHEEL_MS`], then
 //!   stands with the outputs on, and follows again when the sensor is good. It also detects angles that a moving leg cannot
 //!   have, and earlier: a sensor that sticks in mid swing after about 0.1 s. A sensor that sticks where the leg hardly moves
