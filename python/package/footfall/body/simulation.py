@@ -109,10 +109,10 @@ class Body:
             scale, band = abs(one["us_per_rad"]), variation.band_deg
             built, probe = (Servo(name, supply_v=volts, us_per_rad=scale, band_deg=band, stall_factor=variation.stall_factor) for _ in range(2))
             stiffness = built.stall_nm / math.radians(band)
-            # At an error of half of the band, which is beyond the dead band.
+            # At an error of half of the band, which is beyond the dead band. Without a supply there is no torque at all.
             error = math.radians(band) / 2.0
             probe.pulse(0.0, 1500.0 + error * scale)
-            dead = error - probe.torque(0.0, 0.0, 0.0) / stiffness
+            dead = error - probe.torque(0.0, 0.0, 0.0) / stiffness if stiffness else 0.0
             trim, sign = math.radians(variation.trim_deg[place]), math.copysign(1.0, one["us_per_rad"])
             self.servos.append(_Mounted(built, one["neutral_us"], one["at_neutral_rad"], one["us_per_rad"], trim, sign, stiffness, dead))
         self.robot, self.rig, self.step_s = robot, rig, step_s
