@@ -55,6 +55,12 @@ def test_a_quick_run_falls_when_an_exact_one_does() -> None:
     assert not held.fallen and held.metres > 0.3
 
 
+def test_a_quick_run_needs_a_supply() -> None:
+    frames = body.LoopDriver.pulses(footfall.Generator.default(), 1.0).frames
+    with pytest.raises(footfall.InputError, match="allowed"):
+        outcomes([Ride(body.Body(body.DESK, "boom", supply_v=0.0), frames)], 1.0)
+
+
 def test_the_park_pose_of_a_robot_file_is_changed_and_nothing_else(tmp_path: Path) -> None:
     text = with_park(ROBOT, (10.0, -12.5, 20.0, 5.25))
     (tmp_path / "robot.toml").write_text(text, encoding="utf-8")

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import JOINTS
+from .._errors import InputError
 from .drivers import Frame
 from .measures import FALLEN_RAD, FALLEN_SHARE, RAMP_S
 from .simulation import PUSH_AT_S, PUSH_S, Body
@@ -58,6 +59,8 @@ def model(ride: Ride, module: Any, *, foot: bool = False) -> Any:
     ``foot``: with a sensor of the normal force at the left foot, N.
     """
     body = ride.body
+    if not all(mounted.servo.stall_nm for mounted in body.servos):
+        raise InputError("supply = 0 V: allowed is one of the servo's data sheet; without a supply nothing moves the legs")
     spec = module.MjSpec.from_string(body.text)
     trunk = spec.body("trunk")
     trunk.add_site(name="push", pos=body.model.body("trunk").ipos.tolist())

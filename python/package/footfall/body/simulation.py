@@ -88,10 +88,10 @@ def mounted(name: str, supply_v: float, one: Dict[str, float], variation: Variat
     scale, band = one["us_per_rad"], variation.band_deg
     built, probe = (Servo(name, supply_v=supply_v, us_per_rad=abs(scale), band_deg=band, stall_factor=variation.stall_factor) for _ in range(2))
     stiffness = built.stall_nm / math.radians(band)
-    # At an error of half of the band, which is beyond the dead band.
+    # At an error of half of the band, which is beyond the dead band. Without a supply there is no torque at all.
     error = math.radians(band) / 2.0
     probe.pulse(0.0, 1500.0 + error * abs(scale))
-    dead = error - probe.torque(0.0, 0.0, 0.0) / stiffness
+    dead = error - probe.torque(0.0, 0.0, 0.0) / stiffness if stiffness else 0.0
     return _Mounted(built, one["neutral_us"], one["at_neutral_rad"], scale, trim_rad, math.copysign(1.0, scale), stiffness, dead)
 
 
