@@ -18,7 +18,7 @@ pytest.importorskip("matplotlib")
 from footfall.body import wearer  # noqa: E402
 from footfall.body.cuff import DAMPING_SHARE, STEP_S, Supply, wear  # noqa: E402
 from footfall.body.drivers import Frame  # noqa: E402
-from footfall.body.person import RECORDING, STANDING_RAD, Change, Motion, Person  # noqa: E402
+from footfall.body.recorded import RECORDING, STANDING_RAD, Change, Motion, Person  # noqa: E402
 
 MAPS = footfall.robot()
 SERVO, SUPPLY_V = "MG996R", 6.0

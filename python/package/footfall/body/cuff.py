@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import JOINTS, robot as servo_maps
 from .._errors import InputError
 from .drivers import Frame
-from .person import Motion, Path
+from .recorded import Motion, Path
 from .seeds import Variation
 from .simulation import mounted
 

@@ -15,7 +15,7 @@ from .._board import PathLike, Step
 from .._errors import BoardError, FootfallError, InputError
 from .cuff import LEVER_M, STEP_S, Supply, Worn
 from .drivers import Frame, LoopDriver
-from .person import Change, Motion, Path, Person
+from .recorded import Change, Motion, Path, Person
 from .sensor import Sensors
 
 Floats = npt.NDArray[np.float64]

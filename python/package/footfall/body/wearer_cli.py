@@ -16,7 +16,7 @@ from .. import JOINTS, Generator, Servo, servos
 from .._errors import FootfallError, InputError
 from . import faults, picture, wearer
 from .cuff import CUFFS_NM_RAD, LEVER_M, Supply, Worn, wear
-from .person import RECORDING, Person
+from .recorded import RECORDING, Person
 from .wearer import EVENT_AT_S, OF_THE_WALK, BoardRun, Event, Pulses
 
 _EXAMPLES = """examples:
