@@ -220,6 +220,7 @@ def test_the_command_prints_a_table_and_draws(tmp_path: Path) -> None:
     assert code == 0 and messages == "", messages
     found = json.loads(output)
     (table,) = found["tables"].values()
+    assert table[0]["joints"]["left_hip"]["asked_apart_rms_deg"] is None, "without supply a servo is asked for nothing"
     assert found["simulation"] and 0.05 < table[0]["joints"]["left_hip"]["peak_nm"] < 0.5
 
 
