@@ -1,6 +1,7 @@
 """The simulated body: its physics against closed forms, and walks on each rig. All of it is simulation."""
 
 import dataclasses
+import inspect
 import math
 from typing import Any, Dict, Tuple
 
@@ -305,3 +306,11 @@ def test_pulses_come_at_their_times_however_far_the_driver_goes_at_once() -> Non
         np.testing.assert_array_equal(runs[0].pulses_us, other.pulses_us)
         np.testing.assert_array_equal(runs[0].trunk, other.trunk)
     assert len(runs[0].pulses_us) == 50 and np.ptp(runs[0].trunk[:, 0]) > 0.01
+
+
+def test_no_module_hides_a_public_name() -> None:
+    """A module that is imported becomes an attribute of its package, and would replace a function of its name."""
+    import footfall.body.cli  # noqa: F401
+
+    for name in body.__all__:
+        assert not inspect.ismodule(getattr(body, name)), name

@@ -18,7 +18,7 @@ pytest.importorskip("matplotlib")
 from footfall.body import wearer  # noqa: E402
 from footfall.body.cuff import DAMPING_SHARE, STEP_S, Supply, wear  # noqa: E402
 from footfall.body.drivers import Frame  # noqa: E402
-from footfall.body.person import RECORDING, STANDING_RAD, Change, Motion, Person  # noqa: E402
+from footfall.body.recorded import RECORDING, STANDING_RAD, Change, Motion, Person  # noqa: E402
 
 MAPS = footfall.robot()
 SERVO, SUPPLY_V = "MG996R", 6.0
@@ -220,6 +220,7 @@ def test_the_command_prints_a_table_and_draws(tmp_path: Path) -> None:
     assert code == 0 and messages == "", messages
     found = json.loads(output)
     (table,) = found["tables"].values()
+    assert table[0]["joints"]["left_hip"]["asked_apart_rms_deg"] is None, "without supply a servo is asked for nothing"
     assert found["simulation"] and 0.05 < table[0]["joints"]["left_hip"]["peak_nm"] < 0.5
 
 

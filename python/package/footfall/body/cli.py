@@ -12,11 +12,11 @@ from .. import JOINTS, Generator, Servo, certify, servos
 from .._errors import FootfallError, InputError
 from . import feedback, picture, report, size, wearer_cli
 from .board import BoardDriver
+from .by_name import named_generator
 from .drivers import LoopDriver
 from .gait import Gait
 from .measures import fallen, measures, together
 from .model import RIGS
-from .named import named_generator
 from .plane import Plane
 from .plane import search as search_plane
 from .robots import named

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import JOINTS, robot as servo_maps
 from .._errors import InputError
 from .drivers import Frame
-from .person import Motion, Path
+from .recorded import Motion, Path
 from .seeds import Variation
 from .simulation import mounted
 
@@ -54,7 +54,7 @@ class Worn:
     driven_rad: Floats
     """The angle of the orthosis, shape (n, 4), rad; that of the limb with a rigid cuff."""
     target_rad: Floats
-    """The angle of the last pulse, shape (n, 4), rad; NaN before the first."""
+    """The angle of the last pulse, shape (n, 4), rad; NaN before the first and without supply."""
     motor_nm: Floats
     """Torque of the motor at the shaft, shape (n, 4), N m."""
     limb_nm: Floats
@@ -94,7 +94,7 @@ def wear(
         damping = 2.0 * DAMPING_SHARE * (stiffness * inertia) ** 0.5
         times, angles, speeds = motion.time_s.tolist(), motion.rad[:, place].tolist(), motion.rad_s[:, place].tolist()
         accelerations = motion.rad_s2[:, place].tolist()
-        angle, speed, goal, torques, next_ = angles[0], speeds[0], np.nan, [0.0] * count, 0
+        angle, speed, goal, torques, next_, powered = angles[0], speeds[0], np.nan, [0.0] * count, 0, True
         driven_column, goals, motors = [0.0] * count, [0.0] * count, [0.0] * count
         for row, now in enumerate(times):
             while next_ < len(happens) and happens[next_][0] <= now + 1e-9:
@@ -102,9 +102,11 @@ def wear(
                 next_ += 1
                 if switch is not None:
                     one.servo.set_supply(supply_v if switch else 0.0)
+                    # A servo that loses its supply forgets its last pulse, and takes none.
+                    powered, goal = switch, goal if switch else np.nan
                 else:
                     one.servo.pulse(at_s, us)
-                    goal = one.target(us)
+                    goal = one.target(us) if powered else np.nan
             if cuff_nm_rad is None:
                 angle, speed = angles[row], speeds[row]
                 torque = one.torque(now, angle, speed)

@@ -18,10 +18,10 @@ from .. import Servo
 from .._errors import FootfallError, InputError
 from . import size
 from ._extra import MUJOCO
+from .by_name import named_generator
 from .drivers import LoopDriver
 from .measures import fallen, measures, together
 from .model import STEP_S
-from .named import named_generator
 from .robots import named
 from .seeds import variation
 from .simulation import Body, Trace, run

@@ -15,7 +15,7 @@ from .._board import PathLike, Step
 from .._errors import BoardError, FootfallError, InputError
 from .cuff import LEVER_M, STEP_S, Supply, Worn
 from .drivers import Frame, LoopDriver
-from .person import Change, Motion, Path, Person
+from .recorded import Change, Motion, Path, Person
 from .sensor import Sensors
 
 Floats = npt.NDArray[np.float64]
@@ -229,13 +229,15 @@ def judged(worn: Worn, from_s: float, to_s: float) -> Dict[str, Dict[str, Any]]:
         drives = np.flatnonzero(worn.motor_nm[rows, place])
         apart = np.degrees(worn.driven_rad - worn.person_rad)[rows, place]
         asked = np.degrees(worn.target_rad - worn.person_rad)[rows, place]
+        asked = asked[~np.isnan(asked)]
         found[joint] = {
             "peak_nm": float(torque.max()),
             "rms_nm": float(np.sqrt(np.mean(torque**2))),
             "p95_nm": float(np.percentile(torque, 95.0)),
             "above_s": float(above.sum() * step_s),
             "peak_n": float(torque.max()) / LEVER_M[joint],
-            "asked_apart_rms_deg": float(np.sqrt(np.mean(asked**2))),
+            # Of a servo that has its supply for most of the time.
+            "asked_apart_rms_deg": float(np.sqrt(np.mean(asked**2))) if 2 * len(asked) > rows.sum() else None,
             "driven_apart_rms_deg": float(np.sqrt(np.mean(apart**2))),
             # The motor's last torque; the whole time if it drives until the end.
             "motor_until_s": float((drives[-1] + 1) * step_s) if len(drives) else 0.0,

@@ -16,7 +16,7 @@ from .. import JOINTS, Generator, Servo, servos
 from .._errors import FootfallError, InputError
 from . import faults, picture, wearer
 from .cuff import CUFFS_NM_RAD, LEVER_M, Supply, Worn, wear
-from .person import RECORDING, Person
+from .recorded import RECORDING, Person
 from .wearer import EVENT_AT_S, OF_THE_WALK, BoardRun, Event, Pulses
 
 _EXAMPLES = """examples:
@@ -224,7 +224,9 @@ def _events(options: argparse.Namespace) -> str:
             for joint, one in line["joints"].items():
                 name = line["event"] if joint == JOINTS[0] else ""
                 cells = "".join(f"{one[key]:9.3f}" for key in ("peak_nm", "rms_nm", "p95_nm"))
-                cells += f"{one['peak_n']:9.1f}{one['above_s']:9.2f}{one['asked_apart_rms_deg']:11.2f}{one['driven_apart_rms_deg']:11.2f}"
+                asked = one["asked_apart_rms_deg"]
+                cells += f"{one['peak_n']:9.1f}{one['above_s']:9.2f}" + (f"{'-':>11}" if asked is None else f"{asked:11.2f}")
+                cells += f"{one['driven_apart_rms_deg']:11.2f}"
                 lines.append(f"{name:8}{joint:12}{cells}")
     return "\n".join(lines)
 
