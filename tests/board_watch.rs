@@ -195,8 +195,8 @@ fn a_contact_and_a_dip_between_two_lines_are_in_the_lines() {
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), script).expect("written");
     let text = said(&["--json", "--secs", "3.5", "--", "--script", file.path().to_str().expect("text")]);
-    let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let last = lines.filter(|line| line["type"] == "tick" && line["supply_dips"].is_u64()).last().expect("counts");
+    let mut lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let last = lines.rfind(|line| line["type"] == "tick" && line["supply_dips"].is_u64()).expect("counts");
     let sensor = &last["sensors"][0];
     report!(
         "{} dips, {} changes, {} ms not good",

@@ -123,7 +123,7 @@ fn each_counter_of_progress_has_one_writer() {
             .into_iter()
             .flat_map(|task| {
                 let calls =
-                    read(&format!("firmware/src/tasks/{task}.rs")).matches(&format!("{counter}.count()")).count();
+                    read(format!("firmware/src/tasks/{task}.rs")).matches(&format!("{counter}.count()")).count();
                 std::iter::repeat_n(task, calls)
             })
             .collect();

@@ -163,7 +163,9 @@ mod tests {
         for moving in [false, true] {
             let (supply, mut state) = (supply(), SupplyState::default());
             let mut see = |volts: f32, ticks: u32| {
-                (0..ticks).for_each(|_| drop(supply.judge(&mut state, code(volts), 1, moving)));
+                for _ in 0..ticks {
+                    let _ = supply.judge(&mut state, code(volts), 1, moving);
+                }
                 state.dips
             };
             assert_eq!(see(3.0, 1_000), 0);
