@@ -337,6 +337,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise InputError(f"--push: it comes at {PUSH_AT_S:g} s; allowed with --secs above that")
         if options.command == "feedback":
             refused = [name for name in ("elf", "picture", "slope", "push", "servo", "supply") if getattr(options, name)]
+            refused += ["speed"] if options.speed != 1.0 else []
             if refused:
                 raise InputError(f"--{refused[0]}: `feedback` has none; it is free in the plane, and pushes and slopes are its own")
             if not (options.gait and options.robot_file):
