@@ -1,5 +1,5 @@
-//! A sample of the campaign of faults (`cargo xtask campaign`): every fault in one state at one phase at least, each with its reaction in time, and
-//! no pulse beyond the limits of the robot.
+//! A sample of the campaign of faults (`cargo xtask campaign`): three of four faults in one state at one phase at least, each with its reaction in time,
+//! and no pulse beyond the limits of the robot.
 
 use footfall_tests::campaign::{self, Outcome, faults_file, head};
 use joint_loop::tuning::{Action, Request};
