@@ -78,6 +78,10 @@ impl<G: Generator<N>, const N: usize> Generator<N> for Unguided<G> {
         self.0.check()
     }
 
+    fn step_and_check(&mut self) -> Result<(), StateFault> {
+        self.0.step_and_check()
+    }
+
     fn reset(&mut self) {
         self.0.reset();
     }

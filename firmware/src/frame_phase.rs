@@ -8,15 +8,11 @@ pub const FRAME_US: u32 = 20_000;
 /// The two reads are less than this apart, us.
 const APART_US: u32 = 2;
 
-/// What a wrap of the clock's 32 bits adds to the distance, us.
-const WRAP_US: u32 = (u32::MAX % FRAME_US + 1) % FRAME_US;
-
 /// The distance since the first comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FramePhase {
-    /// From the clock to the frame, 0 to [`FRAME_US`]; `None`: nothing was compared yet.
-    distance_us: Option<u32>,
-    last_us: u32,
+    /// When a frame began by the clock, with the distance of the first comparison, us; `None`: nothing was compared yet.
+    began_us: Option<u32>,
 }
 
 impl FramePhase {
@@ -29,13 +25,16 @@ impl FramePhase {
     /// assert!(!phase.is_kept(102_000, 2_600));
     /// ```
     pub fn is_kept(&mut self, now_us: u32, frame_us: u32) -> bool {
-        let wrapped = if now_us < self.last_us { WRAP_US } else { 0 };
-        self.last_us = now_us;
-        let distance_us = (frame_us % FRAME_US + FRAME_US - now_us % FRAME_US) % FRAME_US;
-        let kept = self.distance_us.map_or(distance_us, |kept| (kept + wrapped) % FRAME_US);
-        self.distance_us = Some(kept);
-        // One less where the first of all reads was the slower one.
-        (distance_us + FRAME_US + APART_US - kept) % FRAME_US <= 2 * APART_US
+        let frame_us = if frame_us < FRAME_US { frame_us } else { frame_us % FRAME_US };
+        let began_us = self.began_us.unwrap_or(now_us.wrapping_sub(frame_us));
+        // The clock wraps, and so does the difference.
+        let since_us = now_us.wrapping_sub(began_us);
+        let into_us = if since_us < FRAME_US { since_us } else { since_us % FRAME_US };
+        self.began_us = Some(now_us.wrapping_sub(into_us));
+        // One less where the first of all reads was the slower one. Between the two reads a frame may begin.
+        let later_us = (frame_us + APART_US).wrapping_sub(into_us);
+        let is_near = |us: u32| us <= 2 * APART_US;
+        is_near(later_us) || is_near(later_us.wrapping_add(FRAME_US)) || is_near(later_us.wrapping_sub(FRAME_US))
     }
 }
 

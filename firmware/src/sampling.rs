@@ -7,12 +7,13 @@
 //! DMA2 stream 0   -> block 0 or block 1, in turn        ^ transfer complete: the tick of this trigger
 //! ```
 //! A block is read while the other is filled, so there is a whole millisecond for it. Each channel's four conversions become one code
-//! by [`hgod_adc::trimmed_mean`]. Two errors are reported as a fault of their tick:
+//! by [`hgod_adc::trimmed_means_of_two`]. Two errors are reported as a fault of their tick:
 //! - the interrupt comes more than a millisecond late: the block may be written while it is read, and the set is marked as torn;
 //! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, and [`restart`] synchronises it again, at the same
 //!   place in the servo frames.
 
 use core::cell::UnsafeCell;
+use core::hint::cold_path;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -32,7 +33,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::board::{ADC_DIVIDER, BOARD, REFERENCE_CAL, REFERENCE_CHANNEL, TEMPERATURE_CAL};
 use firmware::pacing::{PERIOD_US, TRIGGER_US, trigger_us};
-use hgod_adc::{OVERSAMPLING, trimmed_mean};
+use hgod_adc::{OVERSAMPLING, trimmed_means_of_two};
 use joint_loop::SENSORS;
 use joint_units::AdcCode;
 
@@ -87,8 +88,10 @@ pub(crate) static NEWEST: Signal<CriticalSectionRawMutex, SampleSet> = Signal::n
 
 type Block = [[u16; SCAN]; OVERSAMPLING];
 
-/// Written by DMA, read by the interrupt.
-#[repr(transparent)]
+const _: () = assert!(SCAN.is_multiple_of(2), "a scan is whole words");
+
+/// Written by DMA, read by the interrupt, by words.
+#[repr(C, align(4))]
 struct Blocks(UnsafeCell<[Block; 2]>);
 
 // SAFETY: the program only reads, volatile, in one interrupt; any half-word is a valid value.
@@ -101,13 +104,13 @@ impl Blocks {
         self.0.get().cast::<Block>().wrapping_add(block).cast()
     }
 
-    /// The four conversions of a channel, by its place in the scan.
-    fn conversions(&self, block: usize, rank: usize) -> [AdcCode; OVERSAMPLING] {
-        let first = self.address(block).cast::<u16>().wrapping_add(rank);
-        // SAFETY: `block` is 0 or 1, `scan` and `rank` lie in a block; aligned.
-        let code = |scan: usize| AdcCode(unsafe { first.wrapping_add(scan * SCAN).read_volatile() });
-        // One by one: optimised for size, the compiler makes a loop of a function over an array, three times as long.
-        [code(0), code(1), code(2), code(3)]
+    /// The codes of two channels, by the place of the first one in the scan, which is even.
+    fn codes(&self, block: usize, first: usize) -> [AdcCode; 2] {
+        let first = self.address(block).cast::<u32>().wrapping_add(first / 2);
+        // SAFETY: `block` is 0 or 1, `scan` and `first` lie in a block; aligned, as a block and a scan are whole words.
+        let words = |scan: usize| unsafe { first.wrapping_add(scan * (SCAN / 2)).read_volatile() };
+        // One by one: optimised for size, the compiler makes a loop of a function over an array, three times as long. The converter has 12 bits.
+        trimmed_means_of_two([words(0), words(1), words(2), words(3)])
     }
 }
 
@@ -294,10 +297,12 @@ fn on_block_end() {
     let status = DMA2.isr(STREAM / 4).read();
     clear(all_flags());
     if status.teif(STREAM) || status.dmeif(STREAM) {
+        cold_path();
         restart();
         return;
     }
     if !status.tcif(STREAM) {
+        cold_path();
         return;
     }
     // The current target is the block that is not full.
@@ -307,9 +312,9 @@ fn on_block_end() {
     };
     // Scans of the next block that are in memory already: none, unless this interrupt was held off.
     let scans_since = (BLOCK as u32).saturating_sub(stream.ndtr().read().ndt().into()) / SCAN as u32;
-    let code = |rank| trimmed_mean(BLOCKS.conversions(full, rank));
-    let sensors = core::array::from_fn(code);
-    let (vrefint, temperature) = (code(SENSORS), code(SENSORS + 1));
+    let ([a, b], [c, d]) = (BLOCKS.codes(full, 0), BLOCKS.codes(full, 2));
+    let sensors: [AdcCode; SENSORS] = [a, b, c, d];
+    let [vrefint, temperature] = BLOCKS.codes(full, SENSORS);
     // After the results: a block that has become full by now was written to while it was read.
     let torn = DMA2.isr(STREAM / 4).read().tcif(STREAM) || LOST.swap(false, Ordering::Relaxed);
 

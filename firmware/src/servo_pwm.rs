@@ -14,6 +14,7 @@
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
+use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -21,13 +22,13 @@ use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::timer::regs::{BdtrAdv, CcerAdv, CcmrOutputGp16, Cr1Gp16, SrAdv};
 use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
-use firmware::board::BOARD;
+use firmware::board::{BOARD, Port};
 use firmware::frame_phase::{FRAME_US, FramePhase};
 use firmware::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
-use crate::pins::PinRegisters;
+use crate::pins::{FunctionPins, PinRegisters};
 use crate::{kept_outputs, servo_rail, stopwatch};
 
 /// The same in ticks, and one more: a frame has started in any span so long.
@@ -190,6 +191,7 @@ impl Outputs {
     /// Outputs these widths from the next frame on.
     pub(crate) fn drive(&mut self, widths: [PulseMicros; 4]) {
         if !self.driving {
+            cold_path();
             // Widths of 0 have not reached the outputs before a frame has started since.
             if self.released < FRAME_TICKS {
                 self.release();
@@ -235,6 +237,7 @@ impl Outputs {
     pub(crate) fn take_break(&mut self) -> bool {
         let seen = TIM1.sr().read().bif(0);
         if seen {
+            cold_path();
             // Flags are cleared by writing 0; ones leave the others alone. The flag comes back at once while the input is active.
             let mut clear = SrAdv(0xFFFF);
             clear.set_bif(0, false);
@@ -261,7 +264,11 @@ impl Outputs {
             && TIM1.ccmr_output(1).read() == buffered_pwm();
         let widths =
             self.widths.iter().enumerate().all(|(channel, width)| TIM1.ccr(channel).read().ccr() == limited(*width));
-        let pins = BOARD.servos.iter().chain([&BOARD.emergency_stop]).all(|pin| pin.has_function(TIM1_FUNCTION));
+        let pins = const { function_pins(Port::A) }.are_set()
+            && const { function_pins(Port::B) }.are_set()
+            && const { function_pins(Port::C) }.are_set()
+            && const { function_pins(Port::D) }.are_set()
+            && const { function_pins(Port::E) }.are_set();
         timer
             && widths
             && pins
@@ -284,6 +291,12 @@ impl Outputs {
         self.widths = widths;
         set_widths(widths);
     }
+}
+
+/// The pins of TIM1 on a port: servos and break.
+const fn function_pins(port: Port) -> FunctionPins {
+    let [a, b, c, d] = BOARD.servos;
+    FunctionPins::on(port, &[a, b, c, d, BOARD.emergency_stop], TIM1_FUNCTION)
 }
 
 /// Both channels of a half: PWM, with buffered widths.

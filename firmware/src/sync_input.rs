@@ -5,6 +5,7 @@
 //! which reports it.
 
 use core::cell::Cell;
+use core::hint::cold_path;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -62,11 +63,13 @@ pub(crate) fn start(priority: Priority) {
 pub(crate) fn take(each: impl FnMut(Edge)) -> bool {
     // Cleared before the edges are taken: one that comes in between is taken now, and the next tick finds none.
     if ARRIVED.swap(false, Ordering::Relaxed) {
+        cold_path();
         let edges = EDGES.lock(Cell::take);
         edges.iter().copied().for_each(each);
     }
     let flooded = FLOODED.swap(false, Ordering::Relaxed);
     if flooded {
+        cold_path();
         EXTI.pr(0).write(|w| w.set_line(LINE, true));
         EXTI.imr(0).modify(|w| w.set_line(LINE, true));
     }

@@ -11,6 +11,7 @@
 use crate::interpolation::{Interpolation, Interval, slopes};
 use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::fmt;
+use core::hint::cold_path;
 use joint_units::{Radians, Volts};
 
 /// Largest voltage of a point; the least is 0.
@@ -251,14 +252,15 @@ impl Calibration {
 
     /// The same, where the point right of the volts is mostly that of the last call: `right` keeps it, and any value may be there at first.
     pub(crate) fn angle_near(&self, volts: Volts, right: &mut usize) -> Result<Radians, OutOfTable> {
+        let near = self.interval(*right).filter(|near| near.left.volts <= volts && volts < near.right.volts);
+        if let Some(near) = near {
+            return Ok(Radians(near.angle(volts.0)));
+        }
+        cold_path();
         let (first, last) = self.ends();
         inside(volts.0, first.volts.0, last.volts.0)?;
-        let interval = self.interval(*right).filter(|near| near.left.volts <= volts && volts < near.right.volts);
-        let interval = interval.or_else(|| {
-            *right = self.points().partition_point(|point| point.volts <= volts);
-            self.interval(*right)
-        });
-        Ok(interval.map_or(last.angle, |interval| Radians(interval.angle(volts.0))))
+        *right = self.points().partition_point(|point| point.volts <= volts);
+        Ok(self.interval(*right).map_or(last.angle, |interval| Radians(interval.angle(volts.0))))
     }
 
     /// The volts at an angle: the inverse of [`Calibration::angle`].
@@ -313,13 +315,13 @@ impl Calibration {
 
     /// The interval that ends at the point `right`; `None` at the end of the table.
     fn interval(&self, right: usize) -> Option<Interval> {
-        let left = right.checked_sub(1)?;
-        let points = self.points();
+        let begin = right.checked_sub(1)?;
+        let [left, right] = *self.points().get(begin..)?.first_chunk()?;
         let slopes = match &self.slopes {
             None => None,
-            Some(slopes) => Some((*slopes.get(left)?, *slopes.get(right)?)),
+            Some(slopes) => slopes.get(begin..)?.first_chunk().map(|&[left, right]| (left, right)),
         };
-        Some(Interval { left: *points.get(left)?, right: *points.get(right)?, slopes })
+        Some(Interval { left, right, slopes })
     }
 }
 

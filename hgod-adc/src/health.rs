@@ -34,6 +34,7 @@
 
 use crate::range::{RangeError, within};
 use core::fmt;
+use core::hint::cold_path;
 use joint_units::{AdcCode, Period, RadPerSec, Radians};
 
 /// Default of [`HealthConfig::wire_ms`].
@@ -309,6 +310,7 @@ impl Persistence {
             self.holds = false;
             return;
         }
+        cold_path();
         self.count = if present { self.count.saturating_add(1).min(limit) } else { self.count.saturating_sub(1) };
         self.holds = self.count >= limit || (self.holds && self.count > 0);
     }
@@ -320,12 +322,17 @@ impl Health {
         let (low, high) = (code <= self.low, code >= self.high);
         state.low.update(low, self.wire_ticks);
         state.high.update(high, self.wire_ticks);
+        let is_sound = !low && !high && !state.low.holds && !state.high.holds;
         if state.run == 0 || code.0.abs_diff(state.anchor.0) > self.stuck_band {
             state.anchor = code;
             state.run = 0;
         }
         state.run = state.run.saturating_add(1);
 
+        if is_sound && state.run <= self.stuck_ticks {
+            return Validity::Good;
+        }
+        cold_path();
         let (at_low, at_high) = match self.pull {
             Pull::Down => (Validity::Open, Validity::Short),
             Pull::Up => (Validity::Short, Validity::Open),
@@ -353,11 +360,11 @@ impl Health {
     /// Spike or rate if this sample is an impossible jump, else good. Call it once a sample, also if the sample has other faults.
     pub fn jump(&self, state: &mut HealthState, jumped: bool) -> Validity {
         state.jump.update(jumped, self.spike_ticks);
-        match (jumped, state.jump.holds) {
-            (false, _) => Validity::Good,
-            (true, false) => Validity::Spike,
-            (true, true) => Validity::Rate,
+        if !jumped {
+            return Validity::Good;
         }
+        cold_path();
+        if state.jump.holds { Validity::Rate } else { Validity::Spike }
     }
 
     /// Longest gap between good samples, in periods, after which the filter continues instead of beginning again.

@@ -84,7 +84,7 @@ pub use health::{
     Health, HealthConfig, HealthState, Pull, SPIKE_MS, STUCK_MS, Validity, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
 };
 pub use interpolation::Interpolation;
-pub use oversampling::{OVERSAMPLING, trimmed_mean};
+pub use oversampling::{OVERSAMPLING, trimmed_mean, trimmed_means_of_two};
 pub use point::{CalibrationPoint, MAX_POINTS};
 pub use range::RangeError;
 pub use sensor::{Reading, Sensor, SensorConfig, SensorError, SensorState};

@@ -36,12 +36,55 @@ pub fn trimmed_mean(conversions: [AdcCode; OVERSAMPLING]) -> AdcCode {
     AdcCode(((sum + (sum >> 1 & 1)) >> 1) as u16)
 }
 
+/// The codes of two channels at once: each word has a conversion of the one in its lower half and of the other in its upper half, each of at most
+/// 15 bits. The same as [`trimmed_mean`] of each, in about half the instructions: a processor of 32 bits compares both by one subtraction.
+///
+/// ```
+/// use hgod_adc::trimmed_means_of_two;
+/// use joint_units::AdcCode;
+/// let conversions = [(2000, 100), (2004, 103), (4095, 101), (2003, 0)].map(|(low, high)| low | high << 16);
+/// assert_eq!(trimmed_means_of_two(conversions), [2004, 100].map(AdcCode));
+/// ```
+#[must_use]
+#[inline]
+pub fn trimmed_means_of_two(conversions: [u32; OVERSAMPLING]) -> [AdcCode; 2] {
+    const HALVES: u32 = 0x0001_0001;
+    // The lesser and the greater of each half.
+    let sorted = |a: u32, b: u32| {
+        // No half borrows from the other: the bit above the codes is set in `a` only, and stays set where `a` is not the lesser one.
+        let is_greater = ((a | HALVES << 15).wrapping_sub(b) >> 15) & HALVES;
+        let differ = (a ^ b) & (is_greater << 16).wrapping_sub(is_greater);
+        (a ^ differ, b ^ differ)
+    };
+    let [a, b, c, d] = conversions;
+    let ((low_ab, high_ab), (low_cd, high_cd)) = (sorted(a, b), sorted(c, d));
+    // The greater of the two lesser ones and the lesser of the two greater ones are the middle two.
+    let ((_, low), (high, _)) = (sorted(low_ab, low_cd), sorted(high_ab, high_cd));
+    let sum = low.wrapping_add(high);
+    let rounded = sum.wrapping_add(sum >> 1 & HALVES);
+    // A mean has the bits of a code.
+    [AdcCode((rounded as u16) >> 1), AdcCode((rounded >> 17) as u16)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
     proptest! {
+        /// Against one channel at a time: all codes of 15 bits, and close ones.
+        #[test]
+        fn two_channels_are_each_as_one(
+            low in prop::array::uniform4(0_u16..0x8000), high in prop::array::uniform4(0_u16..0x8000), mask in 0_u16..0x8000,
+        ) {
+            for mask in [0x7FFF, mask, 3, 0] {
+                let [low, high] = [low, high].map(|codes| codes.map(|code| code & mask));
+                let words = core::array::from_fn(|at| u32::from(low[at]) | u32::from(high[at]) << 16);
+                let each = [low, high].map(|codes| trimmed_mean(codes.map(AdcCode)));
+                prop_assert_eq!(trimmed_means_of_two(words), each, "{:?} {:?}", low, high);
+            }
+        }
+
         /// Against the definition: sort, drop the ends, mean of the rest.
         #[test]
         fn it_is_the_mean_of_the_middle_two(codes: [u16; 4]) {

@@ -116,10 +116,12 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
     }
 
     fn inside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
-        let within = |values: &[T; N], limits: &[T; N]| values.iter().zip(limits).all(|(x, limit)| x.is_within(*limit));
-        if within(&state.x, &self.limit.x) && within(&state.v, &self.limit.v) {
-            return Ok(());
-        }
+        if state.is_within(&self.limit) { Ok(()) } else { self.outside(state) }
+    }
+
+    /// The first state that is not inside its bound.
+    #[cold]
+    fn outside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
         let oscillators = state.x.iter().zip(&state.v).zip(self.limit.x.iter().zip(&self.limit.v));
         for (index, ((&x, &v), (&limit_x, &limit_v))) in oscillators.enumerate() {
             for (name, value, limit) in [("displacement", x, limit_x), ("velocity", v, limit_v)] {
@@ -137,11 +139,38 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
     }
 }
 
+impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Oscillators<F, N, T, I> {
+    /// A step; whether every state is inside its bound. One that is not is limited to it, or left as it is if it is not a number.
+    #[inline]
+    fn advance(&mut self) -> bool {
+        let mut next = self.now;
+        I::advance(&self.field, &mut next.x, &mut next.v);
+        let inside = next.is_within(&self.limit);
+        if !inside {
+            next.hold(&self.limit);
+        }
+        self.now = next;
+        inside
+    }
+}
+
+impl<const N: usize, T: Scalar> Pair<N, T> {
+    #[inline]
+    fn is_within(&self, limit: &Self) -> bool {
+        let within = |values: &[T; N], limits: &[T; N]| values.iter().zip(limits).all(|(x, limit)| x.is_within(*limit));
+        within(&self.x, &limit.x) && within(&self.v, &limit.v)
+    }
+
+    #[cold]
+    fn hold(&mut self, limit: &Self) {
+        hold(&mut self.x, &limit.x);
+        hold(&mut self.v, &limit.v);
+    }
+}
+
 impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Generator<N> for Oscillators<F, N, T, I> {
     fn step(&mut self) {
-        I::advance(&self.field, &mut self.now.x, &mut self.now.v);
-        hold(&mut self.now.x, &self.limit.x);
-        hold(&mut self.now.v, &self.limit.v);
+        self.advance();
     }
 
     fn angles(&self) -> [Radians; N] {
@@ -177,6 +206,10 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Generator<N
 
     fn check(&self) -> Result<(), StateFault> {
         self.inside(&self.now)
+    }
+
+    fn step_and_check(&mut self) -> Result<(), StateFault> {
+        if self.advance() { Ok(()) } else { self.outside(&self.now) }
     }
 
     fn reset(&mut self) {

@@ -3,6 +3,8 @@
 //! [`sensor_step`] turns a sample set of the converter into a measurement, [`control_step`] hands it to the loop, writes the pulses and
 //! leaves a copy of both in telemetry's queues.
 
+use core::hint::cold_path;
+
 use portable_atomic::{AtomicU32, Ordering};
 
 use crate::board::BOARD;
@@ -123,15 +125,18 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let started = stopwatch::cycles();
     let elapsed = control.pacer.elapsed(measured.triggered_us).min(MAX_ELAPSED);
     if elapsed == 0 {
+        cold_path();
         return;
     }
 
     // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
     if !control.outputs.as_written() || !clocks::is_as_started() {
+        cold_path();
         faults = faults.with(BoardFaults::OUTPUTS);
     }
     if control.outputs.take_break() {
+        cold_path();
         faults = faults.with(BoardFaults::BREAK_INPUT);
     }
     let start_us = since(stopwatch::now_us(), measured.triggered_us);
@@ -150,20 +155,22 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     };
 
     let command = control.joint_loop.tick(&sample);
-    let frame = control.joint_loop.frame();
+    // Not the whole frame, which is copied only into a queue.
+    let (tick, state) = (control.joint_loop.frame().tick, control.joint_loop.state());
     match command.pulses {
         Some(_) if SHADOW => {}
         Some(widths) => control.outputs.drive(widths),
-        None if frame.state == SupervisorState::Fault => control.outputs.release_without_supply(),
+        None if state == SupervisorState::Fault => control.outputs.release_without_supply(),
         None => control.outputs.release(),
     }
     if !control.joint_loop.knows_last_pulses() {
+        cold_path();
         kept_outputs::forget();
     }
 
     // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
-    BOARD.sync_output.set(time_code::level(frame.tick));
-    let shown = match frame.state {
+    BOARD.sync_output.set(time_code::level(tick));
+    let shown = match state {
         SupervisorState::Fault => Shown::Fault,
         _ if control.locked_out || program::is_wrong() || control.joint_loop.wrong_watchdog_clock().is_some() => {
             Shown::LockedOut
@@ -174,9 +181,9 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         _ if SHADOW => Shown::Shadow,
         _ => Shown::Armed,
     };
-    lamps::show(shown, frame.tick);
-    control.report(&sample, frame);
-    control.report_edges(frame.tick, measured.triggered_us);
+    lamps::show(shown, tick);
+    control.report(&sample, tick);
+    control.report_edges(tick, measured.triggered_us);
     CONTROL.count();
     control.ended_late = since(stopwatch::now_us(), measured.triggered_us) > LATE_END_US;
     let cycles = stopwatch::cycles().wrapping_sub(started);
@@ -185,39 +192,45 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 }
 
 impl Control {
-    fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
-        let mut dropped = u32::from(!queue::put(&mut self.samples, || (frame.tick, *sample)));
-        let now = (frame.state, frame.cause);
+    fn report(&mut self, sample: &Sample<SENSORS>, tick: u32) {
+        let mut dropped = u32::from(!queue::put(&mut self.samples, || (tick, *sample)));
+        let now = (self.joint_loop.state(), self.joint_loop.frame().cause);
         if self.reported != now {
+            cold_path();
             self.reported = now;
             let (state, cause) = now;
-            dropped += u32::from(!queue::put(&mut self.changes, || Change { tick: frame.tick, state, cause }));
+            dropped += u32::from(!queue::put(&mut self.changes, || Change { tick, state, cause }));
         }
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
+            cold_path();
             self.ticks_to_frame = TICKS_A_FRAME;
-            dropped += u32::from(!queue::put(&mut self.frames, || frame));
+            dropped += u32::from(!queue::put(&mut self.frames, || self.joint_loop.frame()));
         }
         self.ticks_to_settings = self.ticks_to_settings.saturating_sub(1);
         for answer in self.joint_loop.answers() {
+            cold_path();
             if answer.outcome == Outcome::InEffect {
                 self.ticks_to_settings = 0;
             }
             dropped += u32::from(!queue::put(&mut self.answers, || answer));
         }
         if self.ticks_to_settings == 0 {
+            cold_path();
             self.ticks_to_settings = TICKS_A_REPORT;
-            dropped += u32::from(!queue::put(&mut self.settings, || (frame.tick, *self.joint_loop.settings())));
+            dropped += u32::from(!queue::put(&mut self.settings, || (tick, *self.joint_loop.settings())));
             dropped += u32::from(!queue::put(&mut self.conditions, || self.joint_loop.conditions()));
         }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {
+            cold_path();
             self.ticks_to_record = self.joint_loop.settings().ticks_a_record();
-            if !queue::put(&mut self.records, || frame) {
+            if !queue::put(&mut self.records, || self.joint_loop.frame()) {
                 NOT_SENT.fetch_add(1, Ordering::Relaxed);
             }
         }
         if dropped > 0 {
+            cold_path();
             DROPPED.fetch_add(dropped, Ordering::Relaxed);
         }
     }
@@ -232,6 +245,7 @@ impl Control {
             dropped += u32::from(!queue::put(&mut self.edges, || edge));
         });
         if dropped > 0 {
+            cold_path();
             DROPPED.fetch_add(dropped, Ordering::Relaxed);
         }
     }

@@ -15,6 +15,8 @@
 //! [`Press::spend`] uses a press up: its release is then no event. The loop does so when its state changes, so that the press that stopped
 //! a motion does not arm at its release, and no hold acts on a state that began after it.
 
+use core::hint::cold_path;
+
 use crate::error::{LoopError, inside, ticks};
 use joint_units::Period;
 
@@ -141,9 +143,10 @@ impl Press {
 
     /// Takes the periods since the last tick.
     fn pass(&mut self, elapsed: u32) {
-        for periods in self.since.iter_mut().chain([&mut self.lasts]) {
+        for periods in &mut self.since {
             *periods = periods.saturating_add(elapsed);
         }
+        self.lasts = self.lasts.saturating_add(elapsed);
         self.refused_for = self.refused_for.saturating_sub(elapsed);
     }
 }
@@ -159,6 +162,7 @@ impl Button {
             press.differs_for = 0;
             return ButtonEvent::None;
         }
+        cold_path();
         press.differs_for = press.differs_for.saturating_add(1);
         if press.differs_for < self.stable {
             return ButtonEvent::None;

@@ -367,7 +367,18 @@ pub struct Actions {
 
 /// The table of the module as a function, defined for all inputs.
 #[must_use]
+#[inline]
 pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
+    // Nearly always so in walking, and what the table says of it.
+    let walks = matches!(status.state, SupervisorState::Walking);
+    if walks && matches!(inputs.demand, Demand::Go) && !matches!(inputs.button, ButtonEvent::Press) {
+        return (status, Actions { outputs: true, motion: Motion::Run });
+    }
+    next_by_table(status, inputs)
+}
+
+#[cold]
+const fn next_by_table(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
     use SupervisorState::{Arming, Boot, Disarmed, Fault, Stopping, TrimReady, Trimming, Walking};
     let SupervisorStatus { state, cause } = status;
     let (press, hold) = (matches!(inputs.button, ButtonEvent::Press), matches!(inputs.button, ButtonEvent::Hold));

@@ -3,6 +3,8 @@
 //! Below its minimum the chip may not execute what is in its flash (at 168 MHz five wait states are enough from 2.7 V on), so a ramp to the park
 //! pose cannot be relied on: the reaction is a fault, which switches the outputs off. It also needs no sensor and no follower's consent.
 
+use core::hint::cold_path;
+
 use hgod_adc::Reference;
 use joint_units::{AdcCode, Period};
 
@@ -16,8 +18,8 @@ pub const SUPPLY_TOLERANCE_MS: u16 = 40;
 pub const RIPPLE_MS: u16 = 1_000;
 /// Dips belong to one ripple if they are not further apart than this, in ms.
 const RIPPLE_PAUSE_MS: u16 = 100;
-/// Dips within [`DIPS_MS`] of the first of them that do not stop the motion, however short and far apart they are; those of one ripple are one. One dip may come from a servo that
-/// starts; a supply that dips more than once a second does so in every stride, and the next dip may be deeper or longer.
+/// Dips within [`DIPS_MS`] of the first of them that do not stop the motion, however short and far apart they are; those of one ripple are one. One
+/// dip may come from a servo that starts; a supply that dips more than once a second does so in every stride, and the next dip may be deeper or longer.
 pub const DIPS: u32 = 10;
 /// Time in which dips are counted, in ms.
 pub const DIPS_MS: u16 = 10_000;
@@ -66,7 +68,12 @@ impl Supply {
     pub(crate) fn judge(&self, state: &mut SupplyState, vrefint: AdcCode, elapsed: u32, moving: bool) -> Demand {
         let is_low = self.reference.supply(vrefint).is_err();
         // Nearly always the supply has never dipped, and there is nothing to count.
-        let recent = if is_low || state.dips > 0 { self.count(state, is_low, elapsed) } else { 0 };
+        if !is_low && state.low | state.pause | state.dips == 0 {
+            state.rippling = 0;
+            return Demand::Go;
+        }
+        cold_path();
+        let recent = self.count(state, is_low, elapsed);
         if is_low {
             state.low = state.low.saturating_add(elapsed).min(self.tolerance.saturating_add(1));
             state.pause = self.pause;

@@ -1,5 +1,7 @@
 //! One tick of the loop: calls every stage in order, from sample to command.
 
+use core::hint::cold_path;
+
 use crate::control::button::{Button, Press};
 use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
@@ -84,6 +86,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let elapsed = self.count(sample);
         let button = self.stages.button.sample(&mut self.press, sample.button, elapsed);
         if sample.faults.contains(BoardFaults::BREAK_INPUT) {
+            cold_path();
             self.press.stop();
         }
 
@@ -109,6 +112,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions);
         if actions.outputs && pulses.is_none() {
+            cold_path();
             (status, actions) = next(status, Inputs { demand: Demand::Fault(Cause::NonFinite), ..inputs });
         }
 
@@ -117,6 +121,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
         // The button: a press acts on one state.
         if status.state != self.status.state {
+            cold_path();
             self.press.spend();
         }
 
@@ -272,6 +277,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn asked(&mut self, sample: &Sample<S>) -> Asked {
         self.tuner.begin();
         let Some(request) = sample.request else { return Asked::Nothing };
+        cold_path();
         let outcome = match request.action {
             Action::Trim { .. } | Action::Jog { .. } => {
                 self.stages.trimmer.take(&mut self.trim, self.status.state, request.action)
@@ -289,6 +295,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Demand of the monitor and of the host on the supervisor.
     fn demand(&self, seen: Demand, asked: Asked) -> Demand {
         let state = self.status.state;
+        if seen == Demand::Go && asked == Asked::Nothing && state == SupervisorState::Walking {
+            return Demand::Go;
+        }
+        cold_path();
         let seen = if state.is_trim() { seen.in_trim() } else { seen };
         let is_silent = || self.trim.is_some_and(|trim| self.stages.trimmer.is_silent(&trim));
         match seen {
@@ -333,6 +343,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Whether the ramp of the present state has ended.
     fn settled(&self) -> bool {
         let blend = &self.stages.blend;
+        if self.status.state == SupervisorState::Walking {
+            return false;
+        }
+        cold_path();
         match self.status.state {
             SupervisorState::Arming => blend.risen(self.weight),
             // The gate may be a few ticks behind the target. If it does not reach the target, the stop ends when overdue.
@@ -352,17 +366,21 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let good = good && self.tuner.settings().follow();
         self.generator.observe(self.frame.measured.get(gait).copied().filter(|_| good));
         if sample.foot && !self.foot {
+            cold_path();
             self.generator.heel_strike();
         }
         self.foot = sample.foot;
-        if self.sound {
+        self.sound = if self.sound {
             // Whether it follows never changes; its status does not until it is stepped.
             let follows = self.frame.following.is_some();
-            self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving());
-        } else if !state.moving() {
-            self.source.reset(&mut self.generator);
-        }
-        self.sound = self.source.check(&self.generator).is_ok();
+            self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving())
+        } else {
+            cold_path();
+            if !state.moving() {
+                self.source.reset(&mut self.generator);
+            }
+            self.source.check(&self.generator).is_ok()
+        };
         if self.sound {
             self.wanted = self.tuner.angles(&self.source, &self.generator);
         }
@@ -372,6 +390,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn target(&self) -> [Radians; Joint::COUNT] {
         let is_elsewhere = self.weight.is_at_start() && self.gating != self.parked;
         if is_elsewhere && !self.stages.start.has_begun(self.started) {
+            cold_path();
             self.stages.gate.pose(&self.gating)
         } else {
             self.stages.blend.target(self.weight, self.wanted)
@@ -381,6 +400,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Computes setpoints and pulses for a target; `None` if the outputs stay off or an angle is not finite.
     fn pass(&mut self, target: [Radians; Joint::COUNT], actions: Actions) -> Option<[PulseMicros; Joint::COUNT]> {
         self.frame.limited = GateStatus::NONE;
+        if actions.motion != Motion::Run {
+            cold_path();
+        }
         match actions.motion {
             Motion::Freeze => return None,
             Motion::Trim => return self.trim(),

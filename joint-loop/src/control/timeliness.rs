@@ -50,6 +50,13 @@ impl Timeliness {
     }
 }
 
+impl TimelinessState {
+    /// Whether no tick of the window was late, and no missed period is counted.
+    pub(crate) const fn is_quiet(&self) -> bool {
+        self.late_count == 0 && self.missed.is_over()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -179,12 +179,17 @@ macro_rules! board_generators {
                 }
             }
 
+            fn step_and_check(&mut self) -> Result<(), StateFault> {
+                match self {
+                    $(Self::$variant(generator) => generator.step_and_check(),)+
+                }
+            }
+
             fn reset(&mut self) {
                 match self {
                     $(Self::$variant(generator) => generator.reset(),)+
                 }
             }
-
         }
 
         impl Follow for BoardGenerator {

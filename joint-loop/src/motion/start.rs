@@ -4,6 +4,8 @@
 //! the pulses ended last is the best that it can know, for as long as nobody has moved the joint: so an arming starts there, waits until each servo has
 //! had this pulse, and goes to the park pose at the limits of the gate. Then the ramp begins.
 
+use core::hint::cold_path;
+
 use crate::error::{LoopError, ticks};
 use crate::motion::gate::{Gate, GateState};
 use crate::motion::servo::ServoMap;
@@ -45,6 +47,7 @@ impl Start {
         if pulses {
             *state = StartState { silent: Some(0), on: state.on.saturating_add(elapsed) };
         } else {
+            cold_path();
             let silent = state.silent.map(|silent| silent.saturating_add(elapsed));
             *state = StartState { silent: silent.filter(|silent| *silent <= self.known), on: 0 };
         }

@@ -13,6 +13,8 @@ pub(crate) struct Effect {
     pub(crate) speed: f32,
     /// Factor of each joint, and what is added to it.
     pub(crate) joints: [(f32, Radians); Joint::COUNT],
+    /// Whether these change no angle.
+    pub(crate) is_none: bool,
 }
 
 impl Effect {
@@ -22,7 +24,23 @@ impl Effect {
             let degrees = settings.value(Parameter::Offset(joint));
             (settings.value(Parameter::Amplitude(joint)), Radians::from_degrees(degrees))
         };
-        Self { speed: settings.value(Parameter::Speed), joints: Joint::ALL.map(joint) }
+        let joints = Joint::ALL.map(joint);
+        let is_none = joints.iter().all(|(factor, added)| *factor == 1.0 && added.0 == 0.0);
+        Self { speed: settings.value(Parameter::Speed), joints, is_none }
+    }
+
+    /// The angles with this effect, bit for bit the same where it changes none.
+    pub(crate) fn on(
+        &self,
+        mut angles: [Radians; Joint::COUNT],
+        park: &[Radians; Joint::COUNT],
+    ) -> [Radians; Joint::COUNT] {
+        for ((angle, park), (factor, added)) in angles.iter_mut().zip(park).zip(&self.joints) {
+            if *factor != 1.0 || added.0 != 0.0 {
+                angle.0 = park.0 + (angle.0 - park.0) * factor + added.0;
+            }
+        }
+        angles
     }
 
     /// The effect on the way to another one; `weight` is the share of that, 0 to 1.
@@ -30,6 +48,7 @@ impl Effect {
         let between = |from: f32, to: f32| from + (to - from) * weight;
         let mut now = *to;
         now.speed = between(self.speed, to.speed);
+        now.is_none = self.is_none && to.is_none;
         for ((factor, added), (was_factor, was_added)) in now.joints.iter_mut().zip(self.joints) {
             (*factor, added.0) = (between(was_factor, *factor), between(was_added.0, added.0));
         }

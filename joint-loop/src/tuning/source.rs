@@ -1,5 +1,7 @@
 //! The source of the angles: the board's own generator or a gait by name, each at the set speed, and the ramp from one to the other.
 
+use core::hint::cold_path;
+
 use cpg_core::gait::named::DefaultGait;
 use cpg_core::{Generator, PhasePoint, StateFault};
 use joint_units::{Joint, Radians};
@@ -41,17 +43,21 @@ impl Source {
         self.left = None;
     }
 
-    /// Advances all by a tick; `follows`: the board's own generator is a follower, which is in the time of the person.
-    pub(crate) fn step<G: Generator<{ Joint::COUNT }>>(&mut self, own: &mut G, follows: bool, speed: f32) {
-        self.own.step(own, if follows { 1.0 } else { speed });
+    /// Advances all by a tick; `follows`: the board's own generator is a follower, which is in the time of the person. Whether every state is finite and
+    /// inside its bound afterwards, as [`Source::check`] says.
+    pub(crate) fn step<G: Generator<{ Joint::COUNT }>>(&mut self, own: &mut G, follows: bool, speed: f32) -> bool {
+        let mut sound = self.own.step(own, if follows { 1.0 } else { speed });
         if let Some(Some(named)) = &mut self.left {
-            named.paced.step(&mut named.gait, speed);
+            cold_path();
+            sound &= named.paced.step(&mut named.gait, speed);
         }
         if let Some(named) = &mut self.present {
-            named.paced.step(&mut named.gait, speed);
+            cold_path();
+            sound &= named.paced.step(&mut named.gait, speed);
         }
         let point = self.present.as_ref().map_or_else(|| own.phase_point(), |named| named.gait.phase_point());
         self.points = [point, self.points[0]];
+        sound
     }
 
     /// Whether the last tick was a phase boundary: the phase of what moves the joints passed zero.
@@ -68,6 +74,7 @@ impl Source {
         };
         let mut angles = of(&self.present);
         if let Some(left) = &self.left {
+            cold_path();
             for (angle, left) in angles.iter_mut().zip(of(left)) {
                 angle.0 = left.0 + (angle.0 - left.0) * weight;
             }

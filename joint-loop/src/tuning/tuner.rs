@@ -1,5 +1,7 @@
 //! Takes requests, stages settings, and leads the motion to them.
 
+use core::hint::cold_path;
+
 use cpg_core::Generator;
 use cpg_core::gait::named::DefaultGait;
 use joint_units::{Joint, Period, Radians};
@@ -130,11 +132,15 @@ impl Tuner {
 
     /// Advances the ramp, and brings what is staged into effect where it may.
     fn advance(&mut self, source: &mut Source, tick: u32, moving: bool) {
-        self.ramp = self.ramp.map(|ticks| ticks.saturating_add(1)).filter(|ticks| moving && *ticks < self.ramp_ticks);
+        if let Some(ticks) = self.ramp {
+            cold_path();
+            self.ramp = Some(ticks.saturating_add(1)).filter(|ticks| moving && *ticks < self.ramp_ticks);
+        }
         if self.ramp.is_none() {
             source.complete();
         }
         let Some(staged) = &mut self.staged else { return };
+        cold_path();
         staged.waited = staged.waited.saturating_add(1);
         let due = self.ramp.is_none() && (source.is_at_boundary() || staged.waited > self.longest_wait);
         if moving && !due {
@@ -159,7 +165,8 @@ impl Tuner {
         }
     }
 
-    /// Advances the source by a tick, at the present speed; `follows`: the board's own generator is a follower.
+    /// Advances the source by a tick, at the present speed; `follows`: the board's own generator is a follower. Whether every state is finite and inside
+    /// its bound afterwards.
     pub(crate) fn step<G: Generator<{ Joint::COUNT }>>(
         &mut self,
         source: &mut Source,
@@ -167,29 +174,30 @@ impl Tuner {
         follows: bool,
         tick: u32,
         moving: bool,
-    ) {
+    ) -> bool {
         self.advance(source, tick, moving);
-        let speed = if self.ramp.is_some() { self.present(self.weight()).speed } else { self.effect.speed };
-        source.step(own, follows, speed);
+        let speed = if self.ramp.is_some() {
+            cold_path();
+            self.present(self.weight()).speed
+        } else {
+            self.effect.speed
+        };
+        source.step(own, follows, speed)
     }
 
     /// The angles with amplitudes and offsets; with the default settings those of the generator, bit for bit.
     pub(crate) fn angles<G: Generator<{ Joint::COUNT }>>(&self, source: &Source, own: &G) -> [Radians; Joint::COUNT] {
         let weight = self.weight();
-        let mut angles = source.angles(own, weight);
-        let present;
-        let effect = if self.ramp.is_some() {
-            present = self.present(weight);
-            &present
+        let angles = source.angles(own, weight);
+        if self.ramp.is_some() {
+            cold_path();
+            self.present(weight).on(angles, &self.robot.park)
+        } else if self.effect.is_none {
+            angles
         } else {
-            &self.effect
-        };
-        for ((angle, park), (factor, added)) in angles.iter_mut().zip(&self.robot.park).zip(&effect.joints) {
-            if *factor != 1.0 || added.0 != 0.0 {
-                angle.0 = park.0 + (angle.0 - park.0) * factor + added.0;
-            }
+            cold_path();
+            self.effect.on(angles, &self.robot.park)
         }
-        angles
     }
 
     /// Effect of the settings during the ramp.

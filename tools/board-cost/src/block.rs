@@ -21,11 +21,24 @@ pub struct Part {
     pub cycles: u32,
 }
 
+/// An instruction of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Its address.
+    pub address: u32,
+    /// Which part it belongs to.
+    pub part: usize,
+    /// Its cycles without wait states.
+    pub cycles: u32,
+}
+
 /// A block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Block {
     /// Its parts; at least one.
     pub parts: Vec<Part>,
+    /// Its instructions.
+    pub instructions: Vec<Place>,
     /// Address after its last instruction.
     pub end: u32,
     /// How its last instruction jumps, if it can.
@@ -61,6 +74,7 @@ impl Block {
         let last = instructions.last().with_context(|| format!("an empty block at {address:#010x}"))?;
         let mut block = Self {
             parts: Vec::new(),
+            instructions: Vec::new(),
             end: address + length,
             jump: last.jump,
             is_call: last.is_call,
@@ -73,7 +87,10 @@ impl Block {
         let mut before: Option<&Instruction> = None;
         for instruction in &instructions {
             let stage = stages.of(&program.functions_at(instruction.address)?);
-            block.add(instruction, stage, timing::cycles(before, instruction));
+            let cycles = timing::cycles(before, instruction);
+            block.add(instruction, stage, cycles);
+            let part = block.parts.len() - 1;
+            block.instructions.push(Place { address: instruction.address, part, cycles });
             if instruction.class == Class::Division {
                 block.divisions.push(stage);
             }

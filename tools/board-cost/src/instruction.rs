@@ -151,6 +151,18 @@ impl Decoder {
         found.iter().map(|found| self.instruction(found).with_context(|| format!("{found}"))).collect()
     }
 
+    /// The text of the instruction at the start of a piece of code.
+    ///
+    /// # Errors
+    ///
+    /// For bytes that are no instruction, with their address.
+    pub fn text(&self, address: u32, code: &[u8]) -> Result<String> {
+        let found = self.0.disasm_count(code, u64::from(address), 1);
+        let found = found.map_err(|error| anyhow::anyhow!("disassembling at {address:#010x}: {error}"))?;
+        let first = found.iter().next().with_context(|| format!("no instruction at {address:#010x}"))?;
+        Ok(format!("{} {}", first.mnemonic().unwrap_or_default(), first.op_str().unwrap_or_default()))
+    }
+
     fn instruction(&self, found: &Insn<'_>) -> Result<Instruction> {
         let detail = self.0.insn_detail(found).map_err(|error| anyhow::anyhow!("reading an instruction: {error}"))?;
         let arch = detail.arch_detail();

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 2 wrong input.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,6 +11,7 @@ use anyhow::{Context, Result};
 use audit::graph::Calls;
 use audit::stack;
 use board_cost::flash::{Control, Prefetched};
+use board_cost::instruction::Decoder;
 use board_cost::program::Program;
 use board_cost::replay::{Interrupts, Options, Replay};
 use board_cost::trace;
@@ -44,6 +46,10 @@ struct Cli {
     /// Instead of the firmware's parts, each call of these functions, by their symbols
     #[arg(long, value_name = "SYMBOL", num_args = 1..)]
     function: Vec<String>,
+    /// Writes the instructions of the tick to a file: in a tick on average how often each ran, its cycles and its waits for flash, its text, and
+    /// its places in the source
+    #[arg(long, value_name = "FILE")]
+    listing: Option<PathBuf>,
 }
 
 fn parse_control(text: &str) -> Result<Control, String> {
@@ -56,10 +62,14 @@ fn run(cli: Cli) -> Result<()> {
     let program = Program::parse(&elf).with_context(|| format!("in {}", cli.elf.display()))?;
     let prefetched = if cli.cache_prefetched { Prefetched::Cached } else { Prefetched::NotCached };
     let (from_ms, for_ms, flash) = (cli.from_ms, cli.for_ms, cli.flash_acr);
-    let options = Options { from_ms, for_ms, flash, prefetched, functions: cli.function };
+    let options =
+        Options { from_ms, for_ms, flash, prefetched, functions: cli.function, listing: cli.listing.is_some() };
     let mut replay = Replay::new(&program, Interrupts::of_firmware(), options)?;
     let from = File::open(&cli.trace).with_context(|| format!("reading {}", cli.trace.display()))?;
     trace::read(from, |event| replay.take(event)).with_context(|| format!("in {}", cli.trace.display()))?;
+    if let Some(file) = &cli.listing {
+        std::fs::write(file, listing(&program, &replay)?).with_context(|| format!("writing {}", file.display()))?;
+    }
     let image = &program.image;
     let cycles = replay.counted_cycles();
     let mut result = json!({ "compiler": image.compiler, "cycles": cycles, "rows": replay.finish()? });
@@ -70,6 +80,33 @@ fn run(cli: Cli) -> Result<()> {
     }
     println!("{result}");
     Ok(())
+}
+
+/// The instructions of the tick as text.
+fn listing(program: &Program<'_>, replay: &Replay<'_>) -> Result<String> {
+    let (costs, ticks) = replay.listing();
+    let decoder = Decoder::new()?;
+    let mut text = String::new();
+    let mut function = String::new();
+    for (&address, cost) in costs {
+        let a_tick = |count: u64| count as f64 / ticks.max(1) as f64;
+        let inside = program.functions_at(address)?.pop().unwrap_or_default();
+        if inside != function {
+            function = inside;
+            let _ = writeln!(text, "{function}");
+        }
+        let code = program.code(address, 4).or_else(|_| program.code(address, 2))?;
+        let _ = writeln!(
+            text,
+            "{address:08x} {:7.2} {:7.2} {:7.2}  {:<40} {}",
+            a_tick(cost.instructions),
+            a_tick(cost.cycles),
+            a_tick(cost.stalls),
+            decoder.text(address, code)?,
+            program.source_at(address)?.join(" < ")
+        );
+    }
+    Ok(text)
 }
 
 fn main() -> ExitCode {

@@ -58,6 +58,26 @@ impl<'a> Program<'a> {
         bytes.get(offset..offset + length as usize).with_context(|| format!("no code at {address:#010x}"))
     }
 
+    /// Files and lines of the source at an address, the innermost of the inlined functions first.
+    ///
+    /// # Errors
+    ///
+    /// When the debug information is not sound.
+    pub fn source_at(&self, address: u32) -> Result<Vec<String>> {
+        let LookupResult::Output(frames) = self.lines.find_frames(u64::from(address)) else { return Ok(Vec::new()) };
+        let mut frames = frames.context("reading debug information")?;
+        let mut places = Vec::new();
+        while let Some(frame) = frames.next().context("reading debug information")? {
+            let place = frame.location.and_then(|place| {
+                let mut parts = place.file?.rsplit('/');
+                let (name, folder) = (parts.next()?, parts.next().unwrap_or_default());
+                Some(format!("{folder}/{name}:{}", place.line?))
+            });
+            places.extend(place);
+        }
+        Ok(places)
+    }
+
     /// Names of the functions at an address, without hashes: the innermost of the inlined ones first, last the one that has the code.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 //! Each exception, and the thread, is a level with its own calls. A level's code belongs to the stage that its functions name
 //! ([`crate::stage`]), else to that of the caller.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use anyhow::{Context, Result, ensure};
 
@@ -59,6 +59,8 @@ pub struct Options {
     pub prefetched: Prefetched,
     /// Functions each of whose calls is a sample, by their symbols.
     pub functions: Vec<String>,
+    /// Each instruction of the tick is counted too.
+    pub listing: bool,
 }
 
 /// A function that was called and has not returned.
@@ -128,6 +130,8 @@ pub struct Replay<'a> {
     counting: bool,
     /// Cycles that were counted.
     counted_cycles: u64,
+    /// Of each instruction of the tick, by its address.
+    by_address: BTreeMap<u32, Cost>,
 }
 
 impl<'a> Replay<'a> {
@@ -162,6 +166,7 @@ impl<'a> Replay<'a> {
             divisions: 0,
             counting: false,
             counted_cycles: 0,
+            by_address: BTreeMap::new(),
             program,
             interrupts,
             options,
@@ -244,7 +249,9 @@ impl<'a> Replay<'a> {
             let before = &self.blocks[last];
             if let Some(jump) = before.jump {
                 let cycles = timing::refill(jump, self.blocks[index].begins_unaligned);
+                let last = before.instructions.last().map(|one| one.address);
                 self.wait(before.parts.last().and_then(|part| part.stage), cycles.into());
+                self.list(last, Cost { cycles: cycles.into(), ..Cost::NONE });
             }
         }
         self.follow_calls(address, index)?;
@@ -265,13 +272,45 @@ impl<'a> Replay<'a> {
             let stall = self.flash.fetch(part.line, self.cycle);
             let (instructions, cycles) = (part.instructions.into(), part.cycles.into());
             self.charge(part.stage, Cost { instructions, cycles, stalls: stall });
+            self.list_part(index, place, stall);
             while let Some(&(_, line)) = self.blocks[index].literals.get(literals).filter(|(at, _)| *at == place) {
                 literals += 1;
                 let stall = self.flash.read_data(line, self.cycle);
                 self.charge(part.stage, Cost { stalls: stall, ..Cost::NONE });
+                let last = self.blocks[index].instructions.iter().rev().find(|one| one.part == place);
+                self.list(last.map(|one| one.address), Cost { stalls: stall, ..Cost::NONE });
             }
         }
         Ok(())
+    }
+
+    /// Counts the instructions of a part of a block for the listing; the first one waits for the flash.
+    fn list_part(&mut self, block: usize, part: usize, mut stalls: u64) {
+        if !self.options.listing {
+            return;
+        }
+        for place in 0..self.blocks[block].instructions.len() {
+            let one = self.blocks[block].instructions[place];
+            if one.part == part {
+                let stalls = std::mem::take(&mut stalls);
+                self.list(Some(one.address), Cost { instructions: 1, cycles: one.cycles.into(), stalls });
+            }
+        }
+    }
+
+    /// Adds a cost to an instruction of the tick.
+    fn list(&mut self, address: Option<u32>, cost: Cost) {
+        let tick = [self.interrupts.begins_tick, self.interrupts.runs_tick];
+        let is_in_tick = self.levels.last().is_some_and(|level| tick.contains(&level.number));
+        if let Some(address) = address.filter(|_| self.options.listing && self.counting && is_in_tick) {
+            self.by_address.entry(address).or_default().add(cost);
+        }
+    }
+
+    /// Each instruction of the tick with its cost in all ticks, by its address; and how many ticks there were.
+    #[must_use]
+    pub fn listing(&self) -> (&BTreeMap<u32, Cost>, usize) {
+        (&self.by_address, self.tick.samples.len())
     }
 
     /// The place of a block in the list of those that are known.
