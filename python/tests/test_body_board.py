@@ -64,7 +64,27 @@ def test_the_image_walks_the_gait_that_a_search_found(record: Path, tmp_path: Pa
     assert board.trunk[-1, 0] > WAY_M, "it walks"
 
 
-#: Way of that gait in 5 s, of docs/body.md, m.
+def test_the_image_walks_free_in_the_plane(tmp_path: Path) -> None:
+    walks = ROOT / "python" / "walks"
+    gait, robot = walks / "desk-free.toml", walks / "desk-free-robot.toml"
+    for command in (["pack", str(gait), "-o", str(tmp_path / "g.bin")], ["pack", "--robot", str(robot), "-o", str(tmp_path / "r.bin")]):
+        subprocess.run([os.environ["FOOTFALL_BIN"], *command], capture_output=True, check=True)
+    one = body.Body(body.DESK, "free", robot_file=robot)
+    with body.BoardDriver(os.environ["FOOTFALL_ELF"], robot=tmp_path / "r.bin", generator=tmp_path / "g.bin") as driver:
+        board = body.run(one, driver, 5.0, until=body.fallen)
+    same = body.LoopDriver(footfall.Generator.read(gait), robot=robot)
+    loop = body.run(body.Body(body.DESK, "free", robot_file=robot), same, 5.0, until=body.fallen)
+    count = min(len(board.pulses_us), len(loop.pulses_us))
+    assert count >= 249
+    np.testing.assert_allclose(board.pulses_us[:count], loop.pulses_us[:count], atol=0.0)
+    assert not body.fallen(one) and board.trunk[-1, 0] > FREE_WAY_M, "it walks"
+
+
+#: Way of the walk in the plane in 5 s, m: the ramp of 2 s is in it.
+FREE_WAY_M = 1.2
+
+
+#: Way of the walk on the boom in 5 s, of docs/body.md, m.
 WAY_M = 2.5
 
 

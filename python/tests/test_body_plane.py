@@ -102,3 +102,31 @@ def _maps(text: str) -> Any:
     with TemporaryDirectory() as folder:
         (Path(folder) / "robot.toml").write_text(text, encoding="utf-8")
         return footfall.robot(Path(folder) / "robot.toml")
+
+
+#: The walk that ships, and its robot file.
+FREE, FREE_ROBOT = WALKS / "desk-free.toml", WALKS / "desk-free-robot.toml"
+
+
+def test_the_walk_that_ships_walks_free_in_the_plane() -> None:
+    """The bounds of docs/body.md on a few of its seeds, by quick runs; the first one by an exact run too."""
+    generator = footfall.Generator.read(FREE)
+    certificate = footfall.certify(generator, robot=FREE_ROBOT)
+    assert certificate.status == "accepted" and certificate.walks
+    pulses = body.LoopDriver.pulses(generator, 10.0, robot=FREE_ROBOT)
+    assert pulses.limited_share == 0.0, "inside the limits"
+
+    def ride(seed: int, kind: str, push_ns: float = 0.0, slope_deg: float = 0.0) -> Ride:
+        varied = body.variation(seed, kind)
+        varied = dataclasses.replace(varied, slope_deg=varied.slope_deg + slope_deg)
+        return Ride(body.Body(body.DESK, "free", variation=varied, robot_file=FREE_ROBOT), pulses.frames, push_ns)
+
+    plain = outcomes([ride(seed, kind) for kind in ("standard", "wide") for seed in (1, 2, 3, 4)], 10.0)
+    assert not any(one.fallen for one in plain) and min(one.metres for one in plain[:4]) > 4.2
+    pushed = outcomes([ride(1, "standard", push_ns) for push_ns in (0.15, -0.15)], 10.0)
+    assert not any(one.fallen for one in pushed) and min(one.metres for one in pushed) > 4.0
+    sloped = outcomes([ride(1, "standard", 0.0, slope_deg) for slope_deg in (1.0, -1.0)], 10.0)
+    assert not any(one.fallen for one in sloped) and min(one.metres for one in sloped) > 3.5
+    ours = ride(1, "standard").body
+    trace = body.run(ours, body.LoopDriver(generator, robot=FREE_ROBOT), 10.0, seed=1, until=body.fallen)
+    assert not body.fallen(ours) and trace.trunk[-1, 0] == pytest.approx(plain[0].metres, rel=0.02)

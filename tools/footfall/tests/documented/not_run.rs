@@ -173,7 +173,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "python -m footfall.body worn --follower follower.toml --elf firmware.elf --robot-record robot.bin --generator-record follower.bin --sensor-record sensors.bin --faults tests/campaign/faults.toml",
             "python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml",
             "python -m footfall.body search --rig free --gait natural-walk --robot-file robot.toml --seeds 4 -o free.toml --robot-output free-robot.toml",
-            "python -m footfall.body feedback --gait free.toml --robot-file free-robot.toml",
+            "python -m footfall.body feedback --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml",
             "python -m footfall.body --help",
             "python -m footfall.body --elf firmware.elf --robot-record robot.bin",
         ],
