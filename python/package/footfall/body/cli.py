@@ -95,6 +95,7 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback"), default="walk", help=_COMMANDS)
+    parser.add_argument("--law", action="append", choices=tuple(feedback.LAWS), help="feedback: a law to try; may be given several times (all of them)")
     parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
     parser.add_argument(
         "--robot",
@@ -281,23 +282,25 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
 
 
 def _feedback(options: argparse.Namespace) -> str:
-    """The table of what robots stand with each law; 50 of them without `--seeds`."""
+    """The table of what robots stand with each law, or with those of `--law`; 50 robots without `--seeds`."""
     robot, gait, seeds = named(options.robot), Gait.of(named_generator(options.gait)), range(1, (options.seeds or 50) + 1)
     heel = feedback.heel_phase(gait, robot, options.robot_file)
-    rows = []
-    for name, law in feedback.LAWS.items():
-        stood = feedback.limits(gait, robot, options.robot_file, law, seeds, options.kind, heel_cycles=heel, seconds=options.secs)
+    rows, names = [], options.law or list(feedback.LAWS)
+
+    def line(row: Dict[str, Any]) -> str:
+        cells = [row[what] for what in ("forwards_ns", "backwards_ns", "up_deg", "down_deg")]
+        return f"{row['law']:24}" + "".join(f"{f'{mean:.2f} ({low:.2f} to {high:.2f})':>22}" for mean, low, high in cells)
+
+    for name in names:
+        stood = feedback.limits(gait, robot, options.robot_file, feedback.LAWS[name], seeds, options.kind, heel_cycles=heel, seconds=options.secs)
         rows.append({"law": name, **{what: feedback.interval(values) for what, values in vars(stood).items()}})
         if not options.quiet:
-            print(f"law {len(rows)} of {len(feedback.LAWS)}: {name}", file=sys.stderr, flush=True)
+            print(f"law {len(rows)} of {len(names)}: {line(rows[-1])}", file=sys.stderr, flush=True)
     if options.json:
         return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": rows})
     lines = [f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s; mean (95 % interval, bootstrap); simulation, not shown on a robot"]
     lines.append(f"{'':24}{'push forwards N s':>22}{'backwards N s':>22}{'slope up deg':>22}{'down deg':>22}")
-    for row in rows:
-        cells = [row[what] for what in ("forwards_ns", "backwards_ns", "up_deg", "down_deg")]
-        lines.append(f"{row['law']:24}" + "".join(f"{f'{mean:.2f} ({low:.2f} to {high:.2f})':>22}" for mean, low, high in cells))
-    return "\n".join(lines)
+    return "\n".join([*lines, *map(line, rows)])
 
 
 def _error(text: str) -> None:
@@ -331,6 +334,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         # Such an option given to another command would do nothing.
         only = [name for name in (*_SEARCH, "output", "step", "robot_output", "hold") if getattr(options, name) is not None]
+        if options.command != "feedback" and options.law:
+            raise InputError("--law: allowed with `feedback`")
         if options.command != "search" and only:
             raise InputError(f"--{only[0].replace('_', '-')}: allowed with `search`")
         if options.push and options.secs <= PUSH_AT_S:

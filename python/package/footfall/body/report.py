@@ -51,10 +51,13 @@ class Row:
         parser.add_argument("--robot", default="desk")
         parser.add_argument("--gait")
         parser.add_argument("--kind", default="standard")
+        parser.add_argument("--robot-file")
         parser.add_argument("--slope", type=float, default=0.0)
+        parser.add_argument("--push", type=float, default=0.0)
         return parser.parse_args(self.options.split())
 
 
+_FREE = "--rig free --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml"
 #: The lines of the page. A new gait is one more.
 ROWS: Tuple[Row, ...] = (
     Row("--rig boom"),
@@ -68,6 +71,12 @@ ROWS: Tuple[Row, ...] = (
     Row("--rig hung", 1),
     Row("--rig free"),
     Row("--rig free --gait python/walks/desk-boom.toml"),
+    Row(_FREE),
+    Row(f"{_FREE} --kind wide"),
+    Row(f"{_FREE} --push 0.15"),
+    Row(f"{_FREE} --push -0.15"),
+    Row(f"{_FREE} --slope 1"),
+    Row(f"{_FREE} --slope -1"),
 )
 #: Runs with half of the time step too.
 HALVED = ("--rig boom --gait natural-walk", "--rig boom --gait python/walks/desk-boom.toml")
@@ -83,9 +92,10 @@ def one_run(row: Row, seed: int, step_s: float = STEP_S) -> Dict[str, Any]:
     """The numbers of one run, with the SHA-256 of its pulses and of the trunk's path (little endian, 64 bits); names have the units."""
     given = row.given
     varied = variation(seed, given.kind)
-    body = Body(named(given.robot), given.rig, variation=replace(varied, slope_deg=varied.slope_deg + given.slope), step_s=step_s)
-    driver = LoopDriver(named_generator(given.gait))
-    trace = run(body, driver, SECS, seed=seed, until=fallen)
+    varied = replace(varied, slope_deg=varied.slope_deg + given.slope)
+    body = Body(named(given.robot), given.rig, variation=varied, robot_file=given.robot_file, step_s=step_s)
+    driver = LoopDriver(named_generator(given.gait), robot=given.robot_file)
+    trace = run(body, driver, SECS, seed=seed, until=fallen, push_ns=given.push)
     if driver.stopped is not None:
         raise FootfallError(f"{row.options}, seed {seed}: the outputs went off: {driver.stopped}")
     found = measures(trace, fallen(body))
