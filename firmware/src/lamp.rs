@@ -10,7 +10,7 @@
 //! | lit | pulses | armed, or in a trim: the servos get pulses |
 //! | two flashes of 50 ms every 2 s | pulses | armed in shadow mode: everything runs, no pulses |
 //! | 100 ms lit, 100 ms dark | fault | fault: the button acknowledges it |
-//! | 1 s lit, 1 s dark | fault | locked out after repeated crashes, until a reset by hand or a power cycle, or because the brown-out reset is off, the watchdog's clock is wrong, or the program in flash was changed: the button does not arm |
+//! | 1 s lit, 1 s dark | fault | locked out after repeated crashes, until a reset by hand or a power cycle, or because the brown-out reset is not at level 3, the watchdog's clock is wrong, or the program in flash was changed: the button does not arm |
 //! | 2 flashes of 200 ms every 3.2 s | fault | stays off: the crystal did not start, or has another frequency than the image is for |
 //! | 3 flashes | fault | stays off: the generator's record |
 //! | 4 flashes | fault | stays off: the sensors' record |

@@ -18,7 +18,7 @@ use joint_loop::{
 use joint_units::{Joint, Radians, Volts};
 
 /// Schemas of generator, sensor and robot records, as in the names of the files.
-const SCHEMAS: [(&str, u16); 3] = [("generator", 2), ("sensors", 2), ("robot", 1)];
+const SCHEMAS: [(&str, u16); 3] = [("generator", 2), ("sensors", 2), ("robot", 2)];
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/records")

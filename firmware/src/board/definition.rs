@@ -111,12 +111,16 @@ pub struct Board {
 }
 
 impl Board {
-    /// Compares the device id of a chip with those of the board's.
+    /// Compares the device id of a chip with those of the board's; `boards` are all, of which one may have that chip.
     ///
     /// # Errors
     /// It is another chip.
-    pub fn compare(&'static self, device_id: u16) -> Result<(), OtherChip> {
-        if self.device_ids.contains(&device_id) { Ok(()) } else { Err(OtherChip { device_id, board: self }) }
+    pub fn compare(&'static self, device_id: u16, boards: &[&'static Board]) -> Result<(), OtherChip> {
+        if self.device_ids.contains(&device_id) {
+            return Ok(());
+        }
+        let owner = boards.iter().find(|board| board.device_ids.contains(&device_id)).map(|board| board.name);
+        Err(OtherChip { device_id, board: self, owner })
     }
 }
 
@@ -127,6 +131,8 @@ pub struct OtherChip {
     pub device_id: u16,
     /// The board that the image is for.
     pub board: &'static Board,
+    /// Name of a board that has this chip; `None` if no board of the project has it.
+    pub owner: Option<&'static str>,
 }
 
 impl fmt::Display for OtherChip {
@@ -137,8 +143,8 @@ impl fmt::Display for OtherChip {
             write!(f, ", {own:#x}")?;
         }
         f.write_str(": flash the image of this board with `cargo xtask flash --board")?;
-        match super::BOARDS.iter().find(|board| board.device_ids.contains(&self.device_id)) {
-            Some(board) => write!(f, " {}`", board.name),
+        match self.owner {
+            Some(owner) => write!(f, " {owner}`"),
             None => f.write_str("`"),
         }
     }

@@ -501,7 +501,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 31 * 63 * EVENTS.len() * 4);
+        assert_eq!(checked, 8 * 32 * 65 * EVENTS.len() * 4);
     }
 
     #[test]

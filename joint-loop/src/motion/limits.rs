@@ -82,8 +82,8 @@ impl Limits {
         };
         limits.clearance = (i64::from(limits.rate) + limits.brake(i64::from(limits.rate))) as i32;
         // One more than the rate, so that the goal is not at the end itself, where the angle in single precision may be beyond it.
-        let room = limits.clearance.max(limits.rate.saturating_add(1));
-        (limits.may_rise, limits.may_fall) = (most.saturating_sub(room), least.saturating_add(room));
+        let margin = limits.clearance.max(limits.rate.saturating_add(1));
+        (limits.may_rise, limits.may_fall) = (most.saturating_sub(margin), least.saturating_add(margin));
         Ok(limits)
     }
 
@@ -97,10 +97,10 @@ impl Limits {
     /// computed to know.
     #[inline]
     pub(crate) fn allow(&self, position: i32, last: i32, step: i32) -> bool {
-        let has_room = if step < 0 { position >= self.may_fall } else { position <= self.may_rise };
+        let is_clear = if step < 0 { position >= self.may_fall } else { position <= self.may_rise };
         step.unsigned_abs() <= self.rate.unsigned_abs()
             && (step - last).unsigned_abs() <= self.acceleration.get()
-            && (has_room || self.can_stop(position, step))
+            && (is_clear || self.can_stop(position, step))
     }
 
     /// Whether the joint can brake before the end of its range after this step, which is within the rate; false also if it then stops at the end itself.
