@@ -82,6 +82,8 @@ def test_the_interval_is_that_of_the_mean() -> None:
         (["feedback"], "needs --gait and --robot-file"),
         (["feedback", "--gait", "natural-walk", "--robot-file", "samples/robot.toml", "--push", "0.1"], "--push: `feedback` has none"),
         (["feedback", "--generations", "3"], "--generations: allowed with `search`"),
+        (["feedback", "--gait", "natural-walk", "--robot-file", "samples/robot.toml", "--secs", "5"], "come at 5 s; allowed is above that"),
+        (["walk", "--law", "none"], "--law: allowed with `feedback`"),
         (["search", "--rig", "free", "-o", "walk.toml"], "--robot-output FILE"),
         (["search", "--robot-output", "robot.toml", "-o", "walk.toml"], "allowed with --rig free"),
     ],

@@ -127,8 +127,8 @@ fn robot_files() {
     let ok = Bad::new("good.toml", good.as_bytes());
     assert_eq!(call(&["check".into(), "--robot".into(), ok.file.clone().into()]).0, 0);
     for (from, to, words) in [
-        ("schema = 1", "schema = 7", vec!["field `schema`", "is 7", "allowed is 1", "`footfall defaults robot`"]),
-        ("schema = 1", "schema = \"1\"", vec!["field `schema`", "the text \"1\""]),
+        ("schema = 2", "schema = 7", vec!["field `schema`", "is 7", "allowed is 1 or 2", "`footfall defaults robot`"]),
+        ("schema = 2", "schema = \"1\"", vec!["field `schema`", "the text \"1\""]),
         ("rate_deg_per_s = 500.0", "rate_deg_per_s = nan", vec!["field `left_hip.rate_deg_per_s`", "nan"]),
         ("rate_deg_per_s = 500.0", "rate_deg_per_s = -5", vec!["field `left_hip.rate_deg_per_s`", "-5", "1000 deg/s"]),
         ("rate_deg_per_s = 500.0", "rate = 500", vec!["field `left_hip.rate`", "unknown field", "`rate_deg_per_s`"]),

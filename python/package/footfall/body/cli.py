@@ -345,6 +345,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             refused += ["speed"] if options.speed != 1.0 else []
             if refused:
                 raise InputError(f"--{refused[0]}: `feedback` has none; it is free in the plane, and pushes and slopes are its own")
+            if options.secs <= PUSH_AT_S:
+                raise InputError(f"--secs {options.secs:g}: the pushes of `feedback` come at {PUSH_AT_S:g} s; allowed is above that")
             if not (options.gait and options.robot_file):
                 raise InputError("feedback needs --gait and --robot-file: a gait that walks free in the plane, and the robot file with its park pose")
             print(_feedback(options))
