@@ -99,7 +99,9 @@ fn the_words_name_line_code_and_what_is_allowed() {
     };
     assert_eq!(higher("--min-supply", "2.8").0, Some(0));
     assert_eq!(higher("--board", "nucleo-f446re").0, Some(0));
-    for (command, file) in [(&["check", "--generator"][..], "generator.toml"), (&["pack", "--robot"], "robot.toml")] {
+    let commands =
+        [(&["check", "--generator"][..], "generator.toml"), (&["pack", "-o", "none.bin", "--robot"], "robot.toml")];
+    for (command, file) in commands {
         let mut arguments: Vec<OsString> = command.iter().map(Into::into).collect();
         arguments.extend([sample(file).into(), "--board".into(), "nucleo-f446re".into()]);
         let (code, words) = footfall(&arguments);
