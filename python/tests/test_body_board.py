@@ -52,12 +52,17 @@ def test_both_drivers_give_the_same_pulses(record: Path) -> None:
     np.testing.assert_allclose(board.trunk[-1], loop.trunk[-1], atol=0.02)
 
 
+class RecordLoop(body.LoopDriver):
+    """The loop of an image that reads a generator record: its boot takes a millisecond longer, and its servo frames stay where they were."""
+
+    _FIRST_FRAME_TICKS, _BOOT_MS = 11, 12
+
+
 def assert_the_same_pulses(board: Any, loop: Any) -> None:
-    """Of 5 s. A board that reads a generator record boots up to a millisecond longer: the loop then meets the button a control period earlier."""
+    """To the bit, over 5 s."""
     count = min(len(board), len(loop))
     assert count >= 249
-    apart = np.abs(board[:count] - loop[:count])
-    assert apart.max() <= 1.0 and float(np.mean(apart > 0.0)) < 0.1, (apart.max(), np.mean(apart > 0.0))
+    np.testing.assert_allclose(board[:count], loop[:count], atol=0.0)
 
 
 def test_the_image_walks_the_gait_that_a_search_found(record: Path, tmp_path: Path) -> None:
@@ -65,7 +70,7 @@ def test_the_image_walks_the_gait_that_a_search_found(record: Path, tmp_path: Pa
     subprocess.run([os.environ["FOOTFALL_BIN"], "pack", str(gait), "-o", str(packed)], capture_output=True, check=True)
     with body.BoardDriver(os.environ["FOOTFALL_ELF"], robot=record, generator=packed) as driver:
         board = body.run(body.Body(body.DESK, "boom"), driver, 5.0, until=body.fallen)
-    loop = body.run(body.Body(body.DESK, "boom"), body.LoopDriver(footfall.Generator.read(gait)), 5.0, until=body.fallen)
+    loop = body.run(body.Body(body.DESK, "boom"), RecordLoop(footfall.Generator.read(gait)), 5.0, until=body.fallen)
     assert_the_same_pulses(board.pulses_us, loop.pulses_us)
     assert board.trunk[-1, 0] > WAY_M, "it walks"
 
@@ -78,7 +83,7 @@ def test_the_image_walks_free_in_the_plane(tmp_path: Path) -> None:
     one = body.Body(body.DESK, "free", robot_file=robot)
     with body.BoardDriver(os.environ["FOOTFALL_ELF"], robot=tmp_path / "r.bin", generator=tmp_path / "g.bin") as driver:
         board = body.run(one, driver, 5.0, until=body.fallen)
-    same = body.LoopDriver(footfall.Generator.read(gait), robot=robot)
+    same = RecordLoop(footfall.Generator.read(gait), robot=robot)
     loop = body.run(body.Body(body.DESK, "free", robot_file=robot), same, 5.0, until=body.fallen)
     assert_the_same_pulses(board.pulses_us, loop.pulses_us)
     assert not body.fallen(one) and board.trunk[-1, 0] > FREE_WAY_M, "it walks"
