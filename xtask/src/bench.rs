@@ -10,6 +10,8 @@ mod board;
 mod counted;
 mod page;
 
+pub(crate) use board::compare as compare_instructions;
+
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
