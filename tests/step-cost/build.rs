@@ -1,5 +1,5 @@
-//! Passes the linker script to the linker for the board target, and the networks in C where there is a compiler; the host binaries only print a
-//! hint.
+//! Passes the linker script to the linker for the board target, and the networks and the gate in C where there is a compiler; the host binaries only
+//! print a hint. The recorded walk becomes an array for the board.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,17 @@ use std::process::{Command, Stdio};
 
 /// The compiler of C for the board.
 const COMPILER: &str = "arm-none-eabi-gcc";
+/// The sources in C.
+const SOURCES: [&str; 2] = ["networks", "gate"];
+/// A recorded walk: time, and four angles in degrees.
+const RECORDED: &str = "../traces/gaitkit_fukuchi_healthy.csv";
 /// Ending of the functions' names, and how they are compiled.
 const VARIANTS: [(&str, &str); 2] = [("exact", "-ffp-contract=off"), ("fused", "-ffp-contract=fast")];
 
 fn main() {
     println!("cargo:rerun-if-changed=link.x");
-    println!("cargo:rerun-if-changed=c/networks.c");
+    println!("cargo:rerun-if-changed=c");
+    println!("cargo:rerun-if-changed={RECORDED}");
     println!("cargo:rerun-if-env-changed=PATH");
     println!("cargo:rustc-check-cfg=cfg(beside_c)");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
@@ -20,16 +25,32 @@ fn main() {
         println!("cargo:rustc-link-arg-bins=-T{}", folder.join("link.x").display());
         // No page alignment, so that no ELF headers are loaded before the vector table.
         println!("cargo:rustc-link-arg-bins=--nmagic");
+        let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
+        std::fs::write(out.join("recorded.rs"), recorded(&folder.join(RECORDED)))
+            .expect("the recorded walk is written");
         if has_compiler() {
-            let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
-            for (ending, contraction) in VARIANTS {
-                let object = out.join(format!("networks_{ending}.o"));
-                compile(&folder.join("c/networks.c"), &object, ending, contraction);
-                println!("cargo:rustc-link-arg-bin=beside-c={}", object.display());
+            for source in SOURCES {
+                for (ending, contraction) in VARIANTS {
+                    let object = out.join(format!("{source}_{ending}.o"));
+                    compile(&folder.join(format!("c/{source}.c")), &object, ending, contraction);
+                    println!("cargo:rustc-link-arg-bin=beside-c={}", object.display());
+                }
             }
             println!("cargo:rustc-cfg=beside_c");
         }
     }
+}
+
+/// The walk as an array of poses, degrees.
+fn recorded(file: &Path) -> String {
+    let text = std::fs::read_to_string(file).unwrap_or_else(|error| panic!("reading {}: {error}", file.display()));
+    let pose = |line: &str| {
+        let angles: Vec<f32> =
+            line.split(',').skip(1).map(|angle| angle.parse().expect("an angle in degrees")).collect();
+        format!("    {angles:?},\n")
+    };
+    let poses: Vec<String> = text.lines().skip(1).map(pose).collect();
+    format!("[\n{}]\n", poses.concat())
 }
 
 fn has_compiler() -> bool {

@@ -12,6 +12,8 @@ mod counted;
 mod page;
 mod pico;
 
+pub(crate) use board::compare as compare_instructions;
+
 use std::fmt::Write as _;
 use std::process::ExitCode;
 

@@ -1,12 +1,15 @@
-//! Steps of the thesis' network and of R1 in Rust, and in plain C of the same equations (`c/networks.c`), for an emulated Cortex-M4F.
+//! Steps of the thesis' network, of R1 and of the gate in Rust, and in plain C of the same equations (`c/networks.c`, `c/gate.c`), for an emulated
+//! Cortex-M4F.
 //!
-//! Both begin in the same state. It prints a line for each network, `name steps equal difference`: steps, how many of them C without
-//! contraction computes bit for bit as Rust, and the largest difference of C with contraction, in parts of 10^9 of the displacement's
-//! amplitude. `cargo xtask bench board` counts what each step costs. Without a C compiler (`arm-none-eabi-gcc`) it prints nothing.
+//! Both begin in the same state. It prints a line for each, `name steps equal difference`: steps, how many of them C without contraction computes bit
+//! for bit as Rust, and the largest difference of C with contraction, in parts of 10^9 of the displacement's amplitude; of the gate, how many steps of
+//! that are not equal, as it has hardly any arithmetic of the FPU. `cargo xtask bench board` counts what each step costs. Without a C compiler (`arm-none-eabi-gcc`) it prints nothing.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod exit;
+#[cfg(all(target_os = "none", beside_c))]
+mod gate;
 #[cfg(all(target_os = "none", beside_c))]
 mod networks;
 #[cfg(all(target_os = "none", beside_c))]
@@ -19,7 +22,7 @@ mod start;
 #[unsafe(no_mangle)]
 extern "C" fn after_reset() -> ! {
     #[cfg(beside_c)]
-    let status = networks::run();
+    let status = networks::run() | gate::run();
     #[cfg(not(beside_c))]
     let status = 0;
     exit::exit(status)

@@ -51,7 +51,7 @@ fn bits(id: RegId) -> u64 {
 /// Class of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {
-    /// Data processing of the core; MLA and MLS too.
+    /// Data processing of the core.
     Data {
         /// Its cycles.
         cycles: u32,
@@ -276,8 +276,6 @@ fn classify(id: u32, registers: &[u64], writes_pc: bool, indexed: bool) -> (Clas
     } else if is(&[ARM_INS_TBB, ARM_INS_TBH]) {
         // Two cycles for the load, one for the sum.
         (Class::Data { cycles: 3 }, Some(Jump::Loaded))
-    } else if is(&[ARM_INS_MLA, ARM_INS_MLS]) {
-        (Class::Data { cycles: 2 }, None)
     } else if is(&[ARM_INS_SDIV, ARM_INS_UDIV]) {
         (Class::Division, None)
     } else if is(LOADS) {
@@ -303,8 +301,9 @@ fn classify(id: u32, registers: &[u64], writes_pc: bool, indexed: bool) -> (Clas
     } else if is(&[ARM_INS_VLDR, ARM_INS_VSTR]) {
         (Class::FloatMove { cycles: 1 + words(registers) }, None)
     } else if is(&[ARM_INS_VMOV]) {
-        // Between two registers of the core and one or two of the FPU: two cycles.
-        (Class::FloatMove { cycles: if registers.len() > 2 { 2 } else { 1 } }, None)
+        // Two cycles between the core and the FPU, for one register or for two.
+        let with_core = registers.iter().any(|bits| bits >> S0 == 0);
+        (Class::FloatMove { cycles: if with_core { 2 } else { 1 } }, None)
     } else if is(ACCUMULATING) {
         (Class::Float { cycles: 3, accumulates: true }, None)
     } else if is(ARITHMETIC) {
@@ -333,7 +332,7 @@ mod tests {
     fn instructions_are_sorted_into_their_classes() {
         for (halves, class) in [
             (&[0x4348][..], Class::Data { cycles: 1 }),          // muls r0, r1, r0
-            (&[0xFB00, 0x3102], Class::Data { cycles: 2 }),      // mla r1, r0, r2, r3
+            (&[0xFB00, 0x3102], Class::Data { cycles: 1 }),      // mla r1, r0, r2, r3
             (&[0xFBB1, 0xF0F2], Class::Division),                // udiv r0, r1, r2
             (&[0xFB94, 0xF3F5], Class::Division),                // sdiv r3, r4, r5
             (&[0x6808], Class::Load),                            // ldr r0, [r1]
@@ -348,7 +347,9 @@ mod tests {
             (&[0xED90, 0x0A01], Class::FloatMove { cycles: 2 }), // vldr s0, [r0, #4]
             (&[0xED90, 0x0B02], Class::FloatMove { cycles: 3 }), // vldr d0, [r0, #8]
             (&[0xEC51, 0x0B10], Class::FloatMove { cycles: 2 }), // vmov r0, r1, d0
-            (&[0xEE10, 0x0A10], Class::FloatMove { cycles: 1 }), // vmov r0, s0
+            (&[0xEE10, 0x0A10], Class::FloatMove { cycles: 2 }), // vmov r0, s0
+            (&[0xEEB0, 0x0A60], Class::FloatMove { cycles: 1 }), // vmov.f32 s0, s1
+            (&[0xEEB7, 0x0A00], Class::FloatMove { cycles: 1 }), // vmov.f32 s0, #1.0
             (&[0xEE30, 0x0A20], Class::Float { cycles: 1, accumulates: false }), // vadd.f32 s0, s0, s1
             (&[0xEE00, 0x0A81], Class::Float { cycles: 3, accumulates: true }), // vmla.f32 s0, s1, s2
             (&[0xEEA0, 0x0A81], Class::Float { cycles: 3, accumulates: true }), // vfma.f32 s0, s1, s2

@@ -1,4 +1,4 @@
-//! Steps of two networks in Rust beside plain C of the same equations: the program `beside-c` of tests/step-cost, on the virtual board.
+//! Steps of two networks and of the gate in Rust beside plain C of the same equations: the program `beside-c` of tests/step-cost, on the virtual board.
 
 use std::path::Path;
 use std::time::Duration;
@@ -13,7 +13,9 @@ const COMPILER: &str = "arm-none-eabi-gcc";
 /// FLASH_ACR as the firmware sets it: the program sets no clock.
 const FLASH_ACR: &str = "0x705";
 /// Names in the output, and in the functions.
-const NETWORKS: [(&str, &str); 2] = [("thesis", "thesis"), ("R1", "r1")];
+const NETWORKS: [(&str, &str); 3] = [("thesis", "thesis"), ("R1", "r1"), (GATE, "gate")];
+/// The row of the gate, whose last number is another one.
+pub(super) const GATE: &str = "gate";
 const VARIANTS: [(&str, &str, &str); 3] = [("rust", "rust_", ""), ("c", "c_", "_exact"), ("c_fused", "c_", "_fused")];
 /// The program takes a second.
 const DEADLINE: Duration = Duration::from_secs(120);

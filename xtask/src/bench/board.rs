@@ -15,6 +15,11 @@ use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
 
+/// How much more instructions than in docs/performance.json a part may need, percent.
+const MARGIN_PERCENT: u64 = 5;
+/// Virtual seconds of walking whose medians are compared with those of docs/performance.json: over two strides.
+const COMPARED_SECS: u64 = 3;
+
 /// Options of `cargo xtask bench board`.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Options {
@@ -28,8 +33,11 @@ pub(crate) struct Options {
     #[arg(long, conflicts_with = "secs")]
     only_c: bool,
     /// Write docs/performance.json and docs/performance.md
-    #[arg(long)]
+    #[arg(long, requires = "reason")]
     write: bool,
+    /// Why the numbers changed; stands in both files
+    #[arg(long, requires = "write", value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    reason: Option<String>,
 }
 
 /// A run of the image.
@@ -121,12 +129,9 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
     let beside_c = workspace.beside_c()?;
-    let mut result = if options.only_c {
-        let before = std::fs::read_to_string(page::JSON).with_context(|| format!("reading {}", page::JSON))?;
-        serde_json::from_str(&before).with_context(|| format!("reading {}", page::JSON))?
-    } else {
-        measure(&programs, options.secs)?
-    };
+    let mut result = if options.only_c { baseline()? } else { measure(&programs, options.secs)? };
+    let reason = options.reason.clone().map(Value::from);
+    result["reason"] = reason.or_else(|| Some(baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
     result["beside_c"] = beside_c::measure(&programs.virtual_board, &programs.board_cost, &beside_c, &programs.folder)?;
     let text = serde_json::to_string_pretty(&result).context("writing the result")? + "\n";
     if options.write {
@@ -137,6 +142,78 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     }
     print!("{}", if options.json { text } else { page::page(&result)? });
     Ok(())
+}
+
+/// The numbers of docs/performance.json.
+fn baseline() -> Result<Value> {
+    let text = std::fs::read_to_string(page::JSON).with_context(|| format!("reading {}", page::JSON))?;
+    serde_json::from_str(&text).with_context(|| format!("reading {}", page::JSON))
+}
+
+/// Compares the instructions of each stage of the tick in each set-up, and of each kind of generator, with docs/performance.json: what was compared, or
+/// why nothing was, since another compiler makes other instructions.
+pub(crate) fn compare(workspace: &Workspace, elf: &Path, virtual_board: &Path, footfall: &Path) -> Result<String> {
+    let programs = Programs {
+        elf: elf.to_owned(),
+        virtual_board: virtual_board.to_owned(),
+        footfall: footfall.to_owned(),
+        board_cost: workspace.board_cost()?,
+        folder: workspace.target_dir.join("bench"),
+    };
+    std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
+    let baseline = baseline()?;
+    let measured = measure(&programs, COMPARED_SECS)?;
+    let (by, before) = (&measured["compiler"], &baseline["compiler"]);
+    if by != before {
+        return Ok(format!(
+            "instructions not compared: the image is by {by}, the numbers of {} by {before}",
+            page::JSON
+        ));
+    }
+    let (before, now) = (medians(&baseline)?, medians(&measured)?);
+    let grown = grown(&before, &now)?;
+    ensure!(
+        grown.is_empty(),
+        "more instructions than {} has, by more than {MARGIN_PERCENT} %:\n{}\nIf that is meant: cargo xtask bench board --write --reason \"...\"",
+        page::JSON,
+        grown.join("\n")
+    );
+    Ok(format!("{} instruction counts", before.len()))
+}
+
+/// A part with its median of instructions.
+type Median = (String, u64);
+
+/// Of each part of the tick in each set-up, and of each kind of generator.
+fn medians(result: &Value) -> Result<Vec<Median>> {
+    let list = |of: &Value| of.as_array().cloned().context("the numbers have no list of parts");
+    let median = |of: &Value| of["instructions"]["median"].as_u64().context("a median is missing");
+    let mut all = Vec::new();
+    for set_up in list(&result["set_ups"])? {
+        for row in list(&set_up["rows"])? {
+            let part = row["part"].as_str().unwrap_or_default();
+            if part.starts_with("tick") {
+                all.push((format!("{}: {part}", set_up["name"].as_str().unwrap_or_default()), median(&row)?));
+            }
+        }
+    }
+    for kind in list(&result["generators"])? {
+        all.push((format!("generator {}", kind["kind"].as_str().unwrap_or_default()), median(&kind["cost"])?));
+    }
+    Ok(all)
+}
+
+/// A line for each part that needs too many instructions.
+fn grown(before: &[Median], now: &[Median]) -> Result<Vec<String>> {
+    let mut lines = Vec::new();
+    for (part, before) in before {
+        let (_, now) =
+            now.iter().find(|(name, _)| name == part).with_context(|| format!("no part `{part}` was measured"))?;
+        if now * 100 > before * (100 + MARGIN_PERCENT) {
+            lines.push(format!("{part}: {now}, before {before}"));
+        }
+    }
+    Ok(lines)
 }
 
 fn measure(programs: &Programs, secs: u64) -> Result<Value> {
@@ -213,5 +290,32 @@ impl Programs {
         count.args(["--from-ms", &FROM_MS.to_string(), "--for-ms", &(secs * 1000).to_string()]).args(more);
         let text = shell::stdout_of(&mut count)?;
         serde_json::from_str(&text).context("reading the output of board-cost")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_that_needs_more_than_the_margin_is_named() {
+        let medians =
+            |gate, spline| vec![("default: tick: gate".to_owned(), gate), ("generator spline".to_owned(), spline)];
+        let before = medians(200, 1000);
+        assert_eq!(grown(&before, &medians(210, 1050)).unwrap(), [""; 0]);
+        assert_eq!(grown(&before, &medians(211, 900)).unwrap(), ["default: tick: gate: 211, before 200"]);
+        assert_eq!(grown(&before, &medians(1, 1051)).unwrap(), ["generator spline: 1051, before 1000"]);
+        assert!(grown(&before, &before[..1]).unwrap_err().to_string().contains("generator spline"));
+    }
+
+    #[test]
+    fn every_stage_of_every_set_up_and_every_generator_is_compared() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let text = std::fs::read_to_string(root.join(page::JSON)).unwrap();
+        let medians = medians(&serde_json::from_str(&text).unwrap()).unwrap();
+        let gates = medians.iter().filter(|(part, _)| part.ends_with("tick: gate")).count();
+        let kinds = SET_UPS.iter().filter_map(|set_up| set_up.kind);
+        assert_eq!(gates, WITH_TABLE);
+        assert!(kinds.into_iter().all(|kind| medians.iter().any(|(part, _)| *part == format!("generator {kind}"))));
     }
 }

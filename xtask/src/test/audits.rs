@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use super::state::{CannotRun, State, passed, tests};
+use crate::bench;
 use crate::board::{Board, Drive};
 use crate::ratchet;
 use crate::shell;
@@ -54,7 +55,8 @@ fn copy_source(to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The cost of the parts of the image: the model's tables, and the firmware's own stopwatch on the virtual board.
+/// The cost of the parts of the image: the model's tables, the firmware's own stopwatch on the virtual board, and the instructions of each part against
+/// docs/performance.json.
 pub(super) fn board_cost(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;
     let variables = [
@@ -64,7 +66,10 @@ pub(super) fn board_cost(state: &State) -> Result<String> {
         ("FOOTFALL_BIN", &footfall),
     ];
     let variables = variables.map(|(name, path)| (name, path.as_os_str()));
-    passed(state, tests(state, &["--profile", "host", "--package", "board-cost"], &variables)?)
+    let tests = passed(state, tests(state, &["--profile", "host", "--package", "board-cost"], &variables)?)?;
+    let compared = bench::compare_instructions(&state.workspace, state.image()?, state.virtual_board()?, &footfall)?;
+    eprintln!("board-cost: {compared}");
+    Ok(format!("{tests}, {compared}"))
 }
 
 /// What the image, a run of it and the source need is not more than `ratchets.toml` allows; each of these numbers can fail.

@@ -38,7 +38,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --udp 127.0.0.1",
             "cargo xtask bench oscillators",
             "cargo xtask bench board",
-            "cargo xtask bench board --write",
+            "cargo xtask bench board --write --reason \"...\"",
             "cargo xtask test --only same-bytes",
             "time target/host/virtual-board target/images/firmware-f4-discovery.elf --flash 0x0800C000=robot.bin --volts tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv --loop --emergency-stop 0.05:0.05 --press 0.2:0.4 --secs 20",
             "cargo xtask ratchet",
