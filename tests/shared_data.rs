@@ -16,6 +16,8 @@ const WHOLE: [&str; 15] = [
     "AtomicU8",
     "AtomicU32",
     "[AtomicU32;",
+    // One word; who may follow it is written where it is read.
+    "AtomicPtr<Control>",
     // A value that is put in and taken out with interrupts off.
     "Signal<CriticalSectionRawMutex,",
     "Mutex<CriticalSectionRawMutex, Cell<",

@@ -34,7 +34,7 @@ pub const BLOCK_END: Enabled = Enabled {
     name: "DMA2_STREAM0",
     line: 56,
     priority: 4,
-    what: "the samples of a tick are in memory: stamps them, wakes the control task",
+    what: "the samples of a tick are in memory: stamps them, makes the tick pending",
 };
 
 /// As urgent as the samples: the two share their state.

@@ -54,7 +54,7 @@ use firmware::{board, pacing as timing};
 
 #[cfg(target_os = "none")]
 mod boot {
-    use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+    use embassy_executor::{Executor, SpawnError, SpawnToken};
     use embassy_stm32::interrupt::{self, InterruptExt, Priority};
     use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
@@ -89,15 +89,6 @@ mod boot {
         chip, clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock,
     };
 
-    /// Runs the control task in an interrupt that nothing else uses (no I2C driver in this firmware; every chip of the family has it).
-    static TICKS: InterruptExecutor = InterruptExecutor::new();
-
-    #[embassy_stm32::interrupt]
-    unsafe fn I2C1_EV() {
-        // SAFETY: the handler of the one interrupt that `TICKS` was started on.
-        unsafe { TICKS.on_interrupt() }
-    }
-
     /// The queues between the tasks.
     struct Queues {
         samples: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED>,
@@ -114,6 +105,7 @@ mod boot {
     // What the tasks use is in statics, because `main` never returns: what is on its stack stays there.
     static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
     static LOOP: StaticCell<BoardLoop> = StaticCell::new();
+    static CONTROL: StaticCell<Control> = StaticCell::new();
     static TELEMETRY: StaticCell<Telemetry> = StaticCell::new();
     static THREAD: StaticCell<Executor> = StaticCell::new();
     static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
@@ -171,9 +163,10 @@ mod boot {
         let (settings_in, settings_out) = queues.settings.split();
         let (conditions_in, conditions_out) = queues.conditions.split();
         let counted = joint_loop.conditions();
-        let control = Control {
+        let control = CONTROL.init(Control {
             joint_loop,
             outputs,
+            last_sequence: None,
             samples: samples_in,
             frames: frames_in,
             changes: changes_in,
@@ -191,16 +184,14 @@ mod boot {
             ticks_to_frame: TICKS_A_FRAME,
             ended_late: false,
             flooded: false,
-        };
+        });
 
         // Before the watchdog starts: a clock that is too fast resets the board soon after.
         watchdog_clock::measure();
         // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
         interrupt::TIM4.set_priority(urgency(&TASK_CLOCK));
-        interrupt::I2C1_EV.set_priority(urgency(&TICK));
-        let ticks = TICKS.start(interrupt::I2C1_EV);
-        ticks.spawn(only(control::control_task(control)));
+        control::start(control, urgency(&TICK));
         sync_input::start(urgency(&EDGE));
         // Servo frames and ticks keep the distance that they have here: their timers have one clock.
         cortex_m::interrupt::free(|_| {

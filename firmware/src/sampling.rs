@@ -12,7 +12,7 @@
 //! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, and [`restart`] synchronises it again, at the same
 //!   place in the servo frames.
 
-use core::cell::UnsafeCell;
+use core::cell::{Cell, UnsafeCell};
 use core::hint::cold_path;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -29,8 +29,7 @@ use embassy_stm32::pac::dma::vals::{Ct, Pl, Size};
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
 use embassy_stm32::pac::{ADC1, DMA2, RCC, TIM2};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use firmware::board::{ADC_DIVIDER, BOARD, REFERENCE_CAL, REFERENCE_CHANNEL, TEMPERATURE_CAL};
 use firmware::pacing::{PERIOD_US, TRIGGER_US, trigger_us};
 use hgod_adc::{OVERSAMPLING, trimmed_means_of_two};
@@ -83,8 +82,13 @@ pub(crate) struct SampleSet {
     pub(crate) torn: bool,
 }
 
-/// The newest set, from the interrupt to the control task.
-pub(crate) static NEWEST: Signal<CriticalSectionRawMutex, SampleSet> = Signal::new();
+/// The newest set, until the control task takes it.
+static NEWEST: CriticalSectionMutex<Cell<Option<SampleSet>>> = CriticalSectionMutex::new(Cell::new(None));
+
+/// Takes the newest set, if it has not been taken.
+pub(crate) fn take_newest() -> Option<SampleSet> {
+    NEWEST.lock(Cell::take)
+}
 
 type Block = [[u16; SCAN]; OVERSAMPLING];
 
@@ -268,7 +272,7 @@ fn clear(flags: Ixr) {
     DMA2.ifcr(STREAM / 4).write_value(flags);
 }
 
-/// A block is full, or the transfer has failed. Reads and stamps the samples and signals the control task, which does the rest.
+/// A block is full, or the transfer has failed. Reads and stamps the samples, and makes the interrupt of the control task pending, which does the rest.
 #[cfg(target_os = "none")]
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {
@@ -322,5 +326,7 @@ fn on_block_end() {
     let sequence = SEQUENCE.load(Ordering::Relaxed).wrapping_add(1);
     SEQUENCE.store(sequence, Ordering::Relaxed);
     let triggered_us = trigger_us(now_us, since_trigger_us, scans_since, SCAN_US);
-    NEWEST.signal(SampleSet { sequence, sensors, vrefint, temperature, triggered_us, torn });
+    let set = SampleSet { sequence, sensors, vrefint, temperature, triggered_us, torn };
+    NEWEST.lock(|newest| newest.set(Some(set)));
+    interrupt::I2C1_EV.pend();
 }

@@ -1,11 +1,13 @@
-//! The control task: sample, tick and pulses of each control period.
+//! The control task: sample, tick and pulses of each control period, in an interrupt of its own.
 //!
 //! [`sensor_step`] turns a sample set of the converter into a measurement, [`control_step`] hands it to the loop, writes the pulses and
 //! leaves a copy of both in telemetry's queues.
 
 use core::hint::cold_path;
+use core::ptr;
 
-use portable_atomic::{AtomicU32, Ordering};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use portable_atomic::{AtomicPtr, AtomicU32, Ordering};
 
 use crate::board::BOARD;
 use crate::timing::{LATE_END_US, LATE_US};
@@ -27,7 +29,7 @@ use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::program;
 use crate::queue;
-use crate::sampling::NEWEST;
+use crate::sampling;
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
 use crate::sync_input;
@@ -80,6 +82,8 @@ pub(super) fn dropped() -> u32 {
 pub(crate) struct Control {
     pub(crate) joint_loop: &'static mut BoardLoop,
     pub(crate) outputs: Outputs,
+    /// Number of the last sample set.
+    pub(crate) last_sequence: Option<u32>,
     /// Each with its tick.
     pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Producer<'static, Frame<SENSORS>>,
@@ -108,14 +112,26 @@ pub(crate) struct Control {
     pub(crate) flooded: bool,
 }
 
-/// Woken by the converter's interrupt, once a millisecond.
-#[embassy_executor::task]
-pub(crate) async fn control_task(mut control: Control) -> ! {
-    let mut last_sequence = None;
-    loop {
-        let set = NEWEST.wait().await;
-        let measured = sensor_step(&mut last_sequence, &set);
-        control_step(&mut control, &measured);
+/// What the interrupt of the ticks works with; null until they begin.
+static STATE: AtomicPtr<Control> = AtomicPtr::new(ptr::null_mut());
+
+/// Lets the ticks begin: from here on each sample set is a control period.
+pub(crate) fn start(control: &'static mut Control, priority: Priority) {
+    STATE.store(control, Ordering::Release);
+    interrupt::I2C1_EV.set_priority(priority);
+    // SAFETY: its handler may run from here on; nothing masks this interrupt by itself.
+    unsafe { interrupt::I2C1_EV.enable() };
+}
+
+/// The ticks, in an interrupt that nothing else uses (no I2C driver in this firmware; every chip of the family has it). The end of the samples
+/// makes it pending, once a millisecond. Not a task of the executor, whose queue and waker cost a twelfth of a tick.
+#[embassy_stm32::interrupt]
+fn I2C1_EV() {
+    // SAFETY: `start` was given the only reference there will ever be, and nothing but this handler uses it, which does not interrupt itself.
+    let control = unsafe { STATE.load(Ordering::Acquire).as_mut() };
+    if let (Some(control), Some(set)) = (control, sampling::take_newest()) {
+        let measured = sensor_step(&mut control.last_sequence, &set);
+        control_step(control, &measured);
     }
 }
 

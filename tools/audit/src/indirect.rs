@@ -14,22 +14,10 @@ pub struct Pointer {
 /// Every function that calls through a pointer, as far as the roots of the analyses reach it.
 pub const POINTERS: &[Pointer] = &[
     Pointer {
-        within: "I2C1_EV",
-        to: &["TaskStorage<firmware::tasks::control::"],
-        why: "the executor of the ticks has one task",
-    },
-    Pointer {
         within: "embassy_executor::platform::thread::Executor>::run",
         to: &["TaskStorage<firmware::tasks::telemetry::", "TaskStorage<firmware::tasks::watchdog::"],
         why: "the executor of the thread has these two tasks",
     },
-    Pointer {
-        within: "TaskStorage<firmware::tasks::control::",
-        to: &[WAKERS],
-        why: "the signal of the samples replaces the waker that it holds; all wakers are the executors'",
-    },
-    Pointer { within: "DMA2_STREAM0", to: &[WAKERS], why: "the signal of the samples wakes the control task" },
-    Pointer { within: "firmware::sampling::on_block_end", to: &[WAKERS], why: "the same, where it is not inlined" },
     Pointer { within: "embassy_time", to: &[WAKERS], why: "the queue of timers holds wakers" },
     Pointer {
         within: "core::fmt::",

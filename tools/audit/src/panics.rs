@@ -12,7 +12,7 @@ pub const PANIC_HANDLER: &str = "__rustc::rust_begin_unwind";
 /// Functions from which no panic may be reachable: name, and what it is.
 pub const ROOTS: &[(&str, &str)] = &[
     ("firmware::tasks::control::control_step", "the tick"),
-    ("I2C1_EV", "the executor of the ticks"),
+    ("I2C1_EV", "the ticks"),
     ("DMA2_STREAM0", "the interrupt of the samples"),
     ("ADC", "the interrupt of a lost conversion"),
     ("EXTI9_5", "the interrupt of the synchronisation input"),

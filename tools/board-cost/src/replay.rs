@@ -368,7 +368,7 @@ impl<'a> Replay<'a> {
         if number == self.interrupts.begins_tick {
             self.begin_tick();
         }
-        let base = if number == self.interrupts.begins_tick { Stage::Sample } else { Stage::Executor };
+        let base = if number == self.interrupts.begins_tick { Stage::Sample } else { Stage::Interrupt };
         self.levels.push(Level { unstored, stored, ..Level::new(number, base) });
         self.wait(None, if chained { timing::TAIL_CHAIN } else { timing::EXCEPTION_ENTRY });
         Ok(())

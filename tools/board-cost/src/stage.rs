@@ -10,8 +10,8 @@ use anyhow::{Result, ensure};
 pub enum Stage {
     /// The interrupt at the end of a block of samples.
     Sample,
-    /// The executor and the wakers around the control task.
-    Executor,
+    /// The interrupt of the tick around the control task.
+    Interrupt,
     /// The control period itself, what no other stage names.
     Tick,
     /// Registers of outputs and clocks are compared with what was written.
@@ -48,7 +48,7 @@ impl Stage {
     /// All, in the order of the table.
     pub const ALL: [Self; 17] = [
         Self::Sample,
-        Self::Executor,
+        Self::Interrupt,
         Self::Tick,
         Self::CheckBoard,
         Self::Measure,
@@ -71,7 +71,7 @@ impl Stage {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sample => "tick: DMA interrupt",
-            Self::Executor => "tick: executor",
+            Self::Interrupt => "tick: its interrupt",
             Self::Tick => "tick: control step, the rest",
             Self::CheckBoard => "tick: check of registers",
             Self::Measure => "tick: measure",
