@@ -1,6 +1,6 @@
 //! The start: outputs off, records read, loop built, tasks started.
 
-use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_executor::{Executor, SpawnError, SpawnToken};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use firmware::lamp::Shown;
 use firmware::pacing::Pacer;
@@ -32,13 +32,10 @@ use crate::{
     clocks, emergency_stop, faults, lamps, log, parameters, protections, sampling, stopwatch, watchdog, watchdog_clock,
 };
 
-/// Runs the control task in an interrupt that no peripheral has.
-static TICKS: InterruptExecutor = InterruptExecutor::new();
-
+/// The ticks, in an interrupt that no peripheral has.
 #[embassy_rp::interrupt]
-unsafe fn SWI_IRQ_0() {
-    // SAFETY: the handler of the one interrupt that `TICKS` was started on.
-    unsafe { TICKS.on_interrupt() }
+fn SWI_IRQ_0() {
+    control::on_interrupt();
 }
 
 /// The queues between the tasks.
@@ -56,6 +53,7 @@ struct Queues {
 
 static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
 static LOOP: StaticCell<BoardLoop> = StaticCell::new();
+static CONTROL: StaticCell<Control> = StaticCell::new();
 static TELEMETRY: StaticCell<Telemetry> = StaticCell::new();
 static THREAD: StaticCell<Executor> = StaticCell::new();
 static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
@@ -110,9 +108,10 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     let (settings_in, settings_out) = queues.settings.split();
     let (conditions_in, conditions_out) = queues.conditions.split();
     let counted = joint_loop.conditions();
-    let control = Control {
+    let control = CONTROL.init(Control {
         joint_loop,
         outputs,
+        last_sequence: None,
         samples: samples_in,
         frames: frames_in,
         changes: changes_in,
@@ -130,15 +129,16 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         ticks_to_frame: TICKS_A_FRAME,
         ended_late: false,
         flooded: false,
-    };
+    });
 
     // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
     watchdog::start();
     watchdog_clock::measure();
     interrupt::TIMER_IRQ_0.set_priority(Priority::P3);
     interrupt::SWI_IRQ_0.set_priority(Priority::P2);
-    let ticks = TICKS.start(interrupt::SWI_IRQ_0);
-    ticks.spawn(only(control::control_task(control)));
+    control::begin(control);
+    // SAFETY: what its handler uses is ready, and nothing masks this interrupt by itself.
+    unsafe { interrupt::SWI_IRQ_0.enable() };
     emergency_stop::start();
     // Servo frames and ticks keep the distance that they have here: their clocks are of one crystal.
     cortex_m::interrupt::free(|_| {

@@ -14,7 +14,7 @@
 //! | CLOCKS, VREG_AND_CHIP_RESET | `clocks` |
 //! | USB | `serial`, by the HAL |
 //!
-//! Alarm 0 of TIMER is the clock of embassy-time. The interrupt SWI_IRQ_0, which no peripheral has, runs the executor of the ticks.
+//! Alarm 0 of TIMER is the clock of embassy-time. The interrupt SWI_IRQ_0, which no peripheral has, runs the control task.
 //!
 //! What the other family has and this chip has not is said at each boot (`protections`).
 #![cfg_attr(target_os = "none", no_std, no_main)]

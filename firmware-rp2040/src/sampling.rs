@@ -9,15 +9,14 @@
 //! [`hgod_adc::trimmed_mean`]. A result that is lost stops nothing on this chip, but moves the channels in the block: the converter's flags are
 //! checked in every block, and [`restart`] begins again.
 
-use core::cell::UnsafeCell;
+use core::cell::{Cell, UnsafeCell};
 
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac::adc::regs::{Cs, Div, Fcs};
 use embassy_rp::pac::dma::regs::CtrlTrig;
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 use embassy_rp::pac::{ADC, DMA};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use firmware_rp2040::board::BOARD;
 use firmware_rp2040::timing::{BLOCK, CONVERSION_CYCLES, SCAN, converted_us};
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
@@ -53,8 +52,13 @@ pub(crate) struct SampleSet {
     pub(crate) torn: bool,
 }
 
-/// The newest set, from the interrupt to the control task.
-pub(crate) static NEWEST: Signal<CriticalSectionRawMutex, SampleSet> = Signal::new();
+/// The newest set, until the control task takes it.
+static NEWEST: CriticalSectionMutex<Cell<Option<SampleSet>>> = CriticalSectionMutex::new(Cell::new(None));
+
+/// Takes the newest set, if it has not been taken.
+pub(crate) fn take_newest() -> Option<SampleSet> {
+    NEWEST.lock(Cell::take)
+}
 
 /// Written by DMA, read by the interrupt.
 #[repr(transparent)]
@@ -166,7 +170,7 @@ fn restart() {
     begin();
 }
 
-/// A block is full. Reads and stamps the samples and signals the control task, which does the rest.
+/// A block is full. Reads and stamps the samples, and makes the interrupt of the control task pending, which does the rest.
 #[embassy_rp::interrupt]
 fn DMA_IRQ_0() {
     static SEQUENCE: AtomicU32 = AtomicU32::new(0);
@@ -198,5 +202,7 @@ fn DMA_IRQ_0() {
     let sequence = SEQUENCE.load(Ordering::Relaxed).wrapping_add(1);
     SEQUENCE.store(sequence, Ordering::Relaxed);
     let triggered_us = converted_us(now_us, later);
-    NEWEST.signal(SampleSet { sequence, sensors, vrefint: REFERENCE, temperature, triggered_us, torn });
+    let set = SampleSet { sequence, sensors, vrefint: REFERENCE, temperature, triggered_us, torn };
+    NEWEST.lock(|newest| newest.set(Some(set)));
+    interrupt::SWI_IRQ_0.pend();
 }

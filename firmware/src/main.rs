@@ -89,6 +89,12 @@ mod boot {
         chip, clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock,
     };
 
+    /// The ticks. No I2C driver is in this firmware; every chip of the family has this interrupt.
+    #[embassy_stm32::interrupt]
+    fn I2C1_EV() {
+        control::on_interrupt();
+    }
+
     /// The queues between the tasks.
     struct Queues {
         samples: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED>,
@@ -191,7 +197,10 @@ mod boot {
         // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
         interrupt::TIM4.set_priority(urgency(&TASK_CLOCK));
-        control::start(control, urgency(&TICK));
+        control::begin(control);
+        interrupt::I2C1_EV.set_priority(urgency(&TICK));
+        // SAFETY: what its handler uses is ready, and nothing masks this interrupt by itself.
+        unsafe { interrupt::I2C1_EV.enable() };
         sync_input::start(urgency(&EDGE));
         // Servo frames and ticks keep the distance that they have here: their timers have one clock.
         cortex_m::interrupt::free(|_| {

@@ -6,7 +6,6 @@
 use core::hint::cold_path;
 use core::ptr;
 
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use portable_atomic::{AtomicPtr, AtomicU32, Ordering};
 
 use crate::board::BOARD;
@@ -116,18 +115,15 @@ pub(crate) struct Control {
 static STATE: AtomicPtr<Control> = AtomicPtr::new(ptr::null_mut());
 
 /// Lets the ticks begin: from here on each sample set is a control period.
-pub(crate) fn start(control: &'static mut Control, priority: Priority) {
+pub(crate) fn begin(control: &'static mut Control) {
     STATE.store(control, Ordering::Release);
-    interrupt::I2C1_EV.set_priority(priority);
-    // SAFETY: its handler may run from here on; nothing masks this interrupt by itself.
-    unsafe { interrupt::I2C1_EV.enable() };
 }
 
-/// The ticks, in an interrupt that nothing else uses (no I2C driver in this firmware; every chip of the family has it). The end of the samples
-/// makes it pending, once a millisecond. Not a task of the executor, whose queue and waker cost a twelfth of a tick.
-#[embassy_stm32::interrupt]
-fn I2C1_EV() {
-    // SAFETY: `start` was given the only reference there will ever be, and nothing but this handler uses it, which does not interrupt itself.
+/// The handler of the interrupt of the ticks, which nothing else uses. The end of the samples makes it pending, once a millisecond. It is not a
+/// task of the executor, whose queue and waker would cost a twelfth of a tick.
+#[inline(always)]
+pub(crate) fn on_interrupt() {
+    // SAFETY: `begin` was given the only reference there will ever be, and nothing but this handler uses it, which does not interrupt itself.
     let control = unsafe { STATE.load(Ordering::Acquire).as_mut() };
     if let (Some(control), Some(set)) = (control, sampling::take_newest()) {
         let measured = sensor_step(&mut control.last_sequence, &set);
@@ -235,6 +231,9 @@ impl Control {
             cold_path();
             self.ticks_to_settings = TICKS_A_REPORT;
             dropped += u32::from(!queue::put(&mut self.settings, || (tick, *self.joint_loop.settings())));
+        } else if self.ticks_to_settings == TICKS_A_REPORT - 1 {
+            // In the tick after the settings, so that the longest tick has one of the two.
+            cold_path();
             dropped += u32::from(!queue::put(&mut self.conditions, || self.joint_loop.conditions()));
         }
         self.ticks_to_record -= 1;
