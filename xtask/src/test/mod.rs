@@ -1,8 +1,10 @@
 //! `cargo xtask test`: checks everything that must hold before a change is merged, and stops at the first step that fails.
 //!
-//! A step whose optional tool is missing is skipped, with the reason at its place and in the table at the end.
+//! A step whose optional tool is missing is skipped, with the reason at its place and in the table at the end. Steps that keep one core busy run in a
+//! second process beside the others ([`beside`]).
 
 mod audits;
+mod beside;
 mod counts;
 mod judged;
 mod pico;
@@ -13,14 +15,17 @@ mod state;
 mod steps;
 mod summary;
 
+use std::num::NonZero;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::builder::PossibleValuesParser;
 
 use crate::setup::{Need, Required};
 use crate::workspace::Workspace;
+use beside::{BESIDE, Beside};
 use state::{CannotRun, State};
 use steps::{BY_NAME, STEPS, Step};
 use summary::{Outcome, Row};
@@ -35,6 +40,9 @@ pub(crate) struct Options {
     /// List the steps and stop
     #[arg(long)]
     list: bool,
+    /// Write the rows of the table to this file
+    #[arg(long, value_name = "FILE", hide = true)]
+    results: Option<PathBuf>,
 }
 
 /// Runs the steps and prints the table at the end.
@@ -53,20 +61,39 @@ pub(crate) fn test(options: &Options) -> Result<ExitCode> {
     let missing = workspace.prepare(&needs(&steps), &required)?;
     workspace.strict = true;
     let state = State::new(workspace, required);
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let (apart, mine): (Vec<&Step>, Vec<&Step>) =
+        steps.iter().partition(|step| options.only.is_empty() && cores > 1 && BESIDE.contains(&step.name));
+    let mut beside = if apart.is_empty() { None } else { Some(Beside::start(&apart, &state.logs())?) };
 
     let mut rows: Vec<Row> = Vec::new();
     let mut failed = false;
-    for (index, step) in steps.iter().enumerate() {
-        if failed {
+    for (index, step) in mine.iter().enumerate() {
+        let stopped = options.results.as_deref().is_some_and(|file| beside::stop_file(file).exists());
+        if let Some(beside) = &mut beside {
+            failed |= beside.has_failed()?;
+        }
+        if failed || stopped {
             rows.push(Row { name: step.name, outcome: Outcome::NotRun, took: Duration::ZERO, processor: None });
             continue;
         }
-        eprintln!("\n=== step {} of {}: {} ({})", index + 1, steps.len(), step.name, step.claim);
+        eprintln!("\n=== step {} of {}: {} ({})", index + 1, mine.len(), step.name, step.claim);
         let (step_started, before) = (Instant::now(), processor::time());
         let outcome = outcome(step, &missing, &state);
         failed = matches!(outcome, Outcome::Failed(_));
         let processor = processor::time().zip(before).map(|(after, before)| after.saturating_sub(before));
         rows.push(Row { name: step.name, outcome, took: step_started.elapsed(), processor });
+    }
+    if let Some(beside) = beside {
+        let (more, counts) = beside.end(failed)?;
+        failed |= more.iter().any(|row| matches!(row.outcome, Outcome::Failed(_)));
+        rows.extend(more);
+        state.counts.borrow_mut().add(counts);
+    }
+    let rows = beside::in_order(rows, &steps)?;
+    if let Some(file) = &options.results {
+        let text = beside::written(&rows, &state.counts.borrow());
+        std::fs::write(file, text).with_context(|| format!("writing {}", file.display()))?;
     }
     print!("\n{}", summary::table(&rows, &state.counts.borrow(), started.elapsed()));
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })

@@ -80,9 +80,14 @@ impl State {
         Ok(SelfTest { elf: build_once(&self.selftest, || self.workspace.core_selftest())?, log: self.log(log) })
     }
 
+    /// Where the output of programs is kept.
+    pub(super) fn logs(&self) -> PathBuf {
+        self.workspace.target_dir.join("xtask-logs")
+    }
+
     /// Where the output of a program that is run under a deadline is kept.
     pub(super) fn log(&self, name: &str) -> PathBuf {
-        self.workspace.target_dir.join("xtask-logs").join(format!("{name}.log"))
+        self.logs().join(format!("{name}.log"))
     }
 }
 

@@ -54,6 +54,13 @@ pub(super) const STEPS: [Step; 27] = [
         run: packages,
     },
     Step {
+        name: "images",
+        claim: "the firmware builds for every board and with each feature, in single precision",
+        needs: &[Need::BoardCompiler],
+        uses: &[],
+        run: images,
+    },
+    Step {
         name: "host-tests",
         claim: "unit, property and replay tests pass",
         needs: &[],
@@ -101,13 +108,6 @@ pub(super) const STEPS: [Step; 27] = [
         needs: &[Need::VirtualBoard],
         uses: &[],
         run: virtual_board,
-    },
-    Step {
-        name: "images",
-        claim: "the firmware builds for every board and with each feature, in single precision",
-        needs: &[Need::BoardCompiler],
-        uses: &[],
-        run: images,
     },
     Step {
         name: "cores-thumb",
