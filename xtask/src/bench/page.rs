@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 /// The page.
@@ -12,6 +12,16 @@ pub(super) const JSON: &str = "docs/performance.json";
 
 /// What stands before the tables.
 const HEAD: &str = include_str!("performance_head.txt");
+
+/// Medians of the tick when it was first counted, of the image of commit `2355e0dc`: instructions and modelled cycles in each set-up. The model of that day
+/// had two cycles for MLA and MLS, and one for a move between the core and the floating-point unit.
+const FIRST: [(&str, u64, u64); 5] = [
+    ("default", 6142, 11806),
+    ("thesis parameters", 6085, 11780),
+    ("four sensors", 7568, 13968),
+    ("follower", 10489, 20868),
+    ("four sensors + follower", 11916, 23031),
+];
 
 /// The page, as Markdown.
 pub(super) fn page(result: &Value) -> Result<String> {
@@ -53,6 +63,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
             set_up["load_percent"]
         );
     }
+    text += &since_the_first(set_ups)?;
     text += "\n## Each kind of generator\n\nThe stage `generate` of a tick: observation of the person, a step, the check of the state, and four angles.\n\n";
     text += "| kind | instructions: min, median, p99, max | modelled cycles: min, median, p99, max |\n|---|---|---|\n";
     for one in result["generators"].as_array().context("no generators")? {
@@ -92,6 +103,25 @@ pub(super) fn page(result: &Value) -> Result<String> {
     let bytes = ["flash_bytes", "static_ram_bytes", "stack_bound_bytes", "stack_used_bytes", "stack_bytes"];
     let bytes = bytes.map(|key| image[key].to_string());
     let _ = writeln!(text, "| {} |", bytes.join(" | "));
+    Ok(text)
+}
+
+/// The medians beside those of the first count.
+fn since_the_first(set_ups: &[Value]) -> Result<String> {
+    let mut text = String::from(
+        "\nThe medians beside those of the first count (commit `2355e0dc`), with the same setpoints to the bit:\n\n\
+         | set-up | instructions then, now | modelled cycles then, now |\n|---|---|---|\n",
+    );
+    for (set_up, (first, instructions, cycles)) in set_ups.iter().zip(FIRST) {
+        ensure!(name(&set_up["name"])? == first, "the set-ups are not those of the first count");
+        let tick = part(set_up, "tick")?;
+        let beside = |then: u64, of: &str| -> Result<String> {
+            let now = tick[of]["median"].as_u64().context("a median is missing")?;
+            Ok(format!("{then}, {now}: {:.0} %", now as f64 / then as f64 * 100.0))
+        };
+        let _ =
+            writeln!(text, "| {first} | {} | {} |", beside(instructions, "instructions")?, beside(cycles, "cycles")?);
+    }
     Ok(text)
 }
 
