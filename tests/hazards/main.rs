@@ -131,7 +131,8 @@ fn each_defect_is_found() {
     // A hazard that is only partly handled, without a test and without a procedure.
     let partly = SOUND.replacen("\"shown\"", "\"partly\"\nmissing = \"much\"", 1);
     assert_eq!(faults(&partly), "");
-    let bare: Vec<&str> = partly.lines().filter(|line| !["tests", "shown", "measured"].iter().any(|key| line.starts_with(key))).collect();
+    let bare: Vec<&str> =
+        partly.lines().filter(|line| !["tests", "shown", "measured"].iter().any(|key| line.starts_with(key))).collect();
     assert_eq!(faults(&bare.join("\n")), "");
     let (before, rest) = bare.split_at(bare.iter().position(|line| line.starts_with("bench")).expect("a procedure"));
     let after = rest.iter().position(|line| *line == "\"\"\"").map(|end| &rest[end + 1..]).expect("its end");

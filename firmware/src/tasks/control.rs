@@ -27,7 +27,7 @@ use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::program;
 use crate::queue;
-use crate::sampling::NEWEST;
+use crate::sampling::{self, NEWEST};
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
 use crate::sync_input;
@@ -102,6 +102,8 @@ pub(crate) struct Control {
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
+    /// Comparisons of the registers with what was written, wrapping.
+    pub(crate) compared: usize,
     /// The last tick ended late.
     pub(crate) ended_late: bool,
     /// More edges came before the last tick than could be taken.
@@ -131,7 +133,8 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
     // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
-    if !control.outputs.as_written() || !clocks::is_as_started() {
+    control.compared = control.compared.wrapping_add(1);
+    if !control.outputs.as_written() || !clocks::is_as_started() || !sampling::is_as_started(control.compared) {
         cold_path();
         faults = faults.with(BoardFaults::OUTPUTS);
     }

@@ -335,10 +335,14 @@ impl Outcome<'_> {
         }
     }
 
-    /// When it came, us after the effect; `None`: not yet.
-    fn us(&self, seen: Reaction) -> Option<f64> {
+    /// When it came, us after the effect; `None`: not yet. A reset after another reaction that is allowed came with that.
+    fn us(&self, seen: Reaction, expected: &Expected) -> Option<f64> {
         match seen {
             Reaction::Off => self.off_us(),
+            Reaction::Reset if self.armed && expected.allows(Reaction::Off) => self.off_us(),
+            Reaction::Reset if !self.armed && expected.allows(Reaction::Fault) => {
+                self.said_us.or(self.reaction.reset_us)
+            }
             Reaction::Reset => self.reaction.reset_us.zip(self.off_us()).map(|(reset, off)| reset.max(off)),
             Reaction::Fault | Reaction::Cause => self.said_us.or(Some(0.0)),
             Reaction::None => Some(0.0),
@@ -363,7 +367,7 @@ fn missed(expected: &Expected, outcome: &Outcome<'_>, status: Option<Status>) ->
     let wrong = match seen {
         _ if reaction.effect_s.is_none() => Some("it had no effect".to_owned()),
         _ if expected.is_of_the_pulses_alone() => None,
-        Some(seen) if expected.allows(seen) && !late(outcome.us(seen), within_ms * 1e3) => None,
+        Some(seen) if expected.allows(seen) && !late(outcome.us(seen, expected), within_ms * 1e3) => None,
         _ => Some(format!("{}; {}", came(), allowed())),
     };
     let decided = first_of(reaction.disarmed_us, reaction.rail_us);
