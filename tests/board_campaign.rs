@@ -2,6 +2,7 @@
 //! reaction in time, and no pulse beyond the limits of the robot.
 
 use footfall_tests::campaign::{self, Outcome, faults_file, head, registers_file};
+use footfall_tests::limits::limit_ms;
 use joint_loop::tuning::{Action, Request};
 use joint_loop::{Cause, Direction, RobotConfig, SupervisorState};
 use joint_units::{Joint, PulseMicros};
@@ -153,6 +154,8 @@ fn every_hang_ends_in_time_at_any_watchdog_clock() {
         }
         let latest = hangs.iter().map(|case| case["reset_us"].as_f64().expect("a reset")).fold(0.0, f64::max);
         report!("LSI {hz} Hz: {} hangs, the latest reset after {:.1} ms", hangs.len(), latest * 1e-3);
+        // Of a task, and of an interrupt.
+        assert!(latest * 1e-3 <= limit_ms("H24").min(limit_ms("H32")));
         let names: BTreeSet<String> = hangs.iter().map(|case| case["name"].to_string()).collect();
         assert!(hangs.len() >= 100 && names.len() == 9, "{names:?}");
         assert!(healthy.len() >= 10 && healthy.iter().all(|case| case["reset_us"].is_null()));

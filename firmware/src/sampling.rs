@@ -269,7 +269,7 @@ static WRITTEN: [[AtomicU32; 4]; PARTS] = [const { [const { AtomicU32::new(0) };
 /// themselves are left out, and so is the buffering of the trigger's period, which [`realign`] switches on.
 fn registers(part: usize) -> [u32; 4] {
     const ARPE: u32 = 1 << 7;
-    /// The stream is off after a failed transfer, until its interrupt starts it anew; CT is the block that is being filled.
+    /// The stream is off after a failed transfer, until its interrupt starts it again; CT is the block that is being filled.
     const EN_CT: u32 = 1 | 1 << 19;
     let stream = DMA2.st(STREAM);
     match part {

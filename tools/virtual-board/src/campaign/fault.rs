@@ -56,7 +56,7 @@ impl Expected {
         let wrong = if outputs { Reaction::Fault } else { Reaction::Off };
         ensure!(
             !self.allows(wrong),
-            "`{}` cannot be told in the state `{state}`, whose outputs are {}; {}",
+            "`{}` cannot be seen in the state `{state}`, whose outputs are {}; {}",
             wrong.name(),
             if outputs { "on" } else { "off" },
             if outputs {

@@ -202,7 +202,7 @@ mod tests {
             (fault("{ level = { pin = \"PX1\", high = true } }", "walking", "40"), "is not the name of a pin"),
             (
                 fault("\"crystal\"", "disarmed", "40").replace("\"reset\"", "[\"reset\", \"off\"]"),
-                "`off` cannot be told in the state `disarmed`, whose outputs are off; add at_rest",
+                "`off` cannot be seen in the state `disarmed`, whose outputs are off; add at_rest",
             ),
             (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "\"fault\""), "whose outputs are on"),
             (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "[]"), "an empty list"),

@@ -371,7 +371,7 @@ fn missed(expected: &Expected, outcome: &Outcome<'_>, status: Option<Status>) ->
         _ => Some(format!("{}; {}", came(), allowed())),
     };
     let decided = first_of(reaction.disarmed_us, reaction.rail_us);
-    // A reset starts the board anew: it has no cause.
+    // After a reset the board has no cause.
     let gives = |status: Status| expected.causes.iter().any(|cause| cause.0 == status.cause);
     let needs_cause = matches!(seen, Some(Reaction::Off | Reaction::Fault | Reaction::Cause));
     wrong
