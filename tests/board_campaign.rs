@@ -1,15 +1,18 @@
-//! A sample of the campaign of faults (`cargo xtask campaign`): three of four faults in one state at one phase at least, each with its reaction in time,
-//! and no pulse beyond the limits of the robot.
+//! A sample of the campaign of faults (`cargo xtask campaign`): every fault in one state at one phase at least, which is asserted, each with its
+//! reaction in time, and no pulse beyond the limits of the robot.
 
-use footfall_tests::campaign::{self, Outcome, faults_file, head};
+use footfall_tests::campaign::{self, Outcome, faults_file, head, registers_file};
+use footfall_tests::limits::limit_ms;
 use joint_loop::tuning::{Action, Request};
-use joint_loop::{Direction, RobotConfig};
+use joint_loop::{Cause, Direction, RobotConfig, SupervisorState};
 use joint_units::{Joint, PulseMicros};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
+use std::collections::BTreeSet;
+use std::path::Path;
 use std::process::ExitCode;
 use test_suite::{report, tests};
 
-/// One case of so many: prime to the 20 phases.
+/// One case of so many of each fault, at least one.
 const SAMPLE: &str = "61";
 /// The runs in which faults are injected.
 const RUNS: [&str; 3] = ["walk", "trim", "follower"];
@@ -18,11 +21,14 @@ fn main() -> ExitCode {
     test_suite::run(tests![
         the_limits_are_those_of_the_default_robot(),
         the_bytes_of_the_trim_are_those_of_a_host(),
+        the_reader_of_the_campaign_knows_every_state_and_cause(),
+        the_registers_have_the_limits_and_runs_of_the_campaign(),
         each_interrupt_without_a_use_is_in_the_file(Image),
         a_sample_of_the_faults_leads_to_the_declared_reactions(Image),
         every_hang_ends_in_time_at_any_watchdog_clock(Image),
         several_faults_at_once_leave_the_pulses_inside_the_limits(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
+        a_wrong_reaction_at_rest_is_noticed(Image),
         a_state_that_is_not_as_declared_ends_the_campaign(Image),
         pulses_that_no_hold_armed_are_noticed(Image),
     ])
@@ -111,32 +117,73 @@ fn assert_good(outcome: &Outcome) {
 }
 
 fn a_sample_of_the_faults_leads_to_the_declared_reactions() {
+    let mut cases = Vec::new();
+    let mut faults = 0;
     for run in RUNS {
         let outcome = campaign::run(&faults_file(), run, &["--every", SAMPLE]);
         assert_good(&outcome);
         let end = outcome.end.expect("an end");
-        report!("{run}: {} cases of {} faults in {} s, none wrong", outcome.cases.len(), end["faults"], end["seconds"]);
-        assert!(outcome.cases.len() >= 100 && end["faults"].as_u64() >= Some(300), "{}", outcome.cases.len());
-        // Each kind of reaction was seen, and states in which the servos move.
-        let count =
-            |key: &str| outcome.cases.iter().filter(|case| case[key].as_f64().is_some_and(|us| us > 0.0)).count();
-        assert!(count("off_us") > 5 && count("reset_us") > 5);
-        assert!(outcome.cases.iter().any(|case| case["off_us"].is_null()));
+        report!("{run}: {} cases in {} s, none wrong", outcome.cases.len(), end["seconds"]);
+        faults = end["faults"].as_u64().expect("a number");
+        cases.extend(outcome.cases);
     }
+    let distinct = |key: &str| cases.iter().map(|case| case[key].to_string()).collect::<BTreeSet<_>>();
+    let (names, states, phases) = (distinct("name"), distinct("state"), distinct("phase"));
+    let words = |reaction: &str| cases.iter().filter(|case| case["reaction"] == reaction).count();
+    let counts = ["off", "reset", "fault", "none"].map(|word| (word, words(word)));
+    let alone = cases.iter().filter(|case| case["pulses_alone"] == true).count();
+    report!("{} cases of {faults} faults: {counts:?}, {alone} judged by the pulses alone", cases.len());
+    // Each fault at least once, all states, all phases; and each reaction is seen.
+    assert!(faults >= 600);
+    assert_eq!((names.len() as u64, states.len(), phases.len()), (faults, 8, 20), "{states:?} {phases:?}");
+    assert!(counts.iter().all(|(_, count)| *count >= 50), "{counts:?}");
+    // Only bits of the memory have no declared reaction.
+    assert!(cases.iter().all(|case| (case["pulses_alone"] == true) == (case["row"] == "static RAM")));
 }
 
 /// Tasks and interrupts, at both ends of the watchdog's oscillator: the reset is inside the bound, and a board without a fault is not reset.
 fn every_hang_ends_in_time_at_any_watchdog_clock() {
     for hz in ["17000", "47000"] {
-        let hangs = campaign::run(&faults_file(), "walk", &["--only", " hang", "--every", "7", "--lsi-hz", hz]);
-        assert_good(&hangs);
-        let latest = hangs.cases.iter().map(|case| case["reset_us"].as_f64().expect("a reset")).fold(0.0, f64::max);
-        report!("LSI {hz} Hz: {} hangs, the latest reset after {:.1} ms", hangs.cases.len(), latest * 1e-3);
-        assert!(hangs.cases.len() >= 70);
-        let healthy =
-            campaign::run(&faults_file(), "walk", &["--only", "loses a result", "--every", "7", "--lsi-hz", hz]);
-        assert_good(&healthy);
-        assert!(healthy.cases.len() >= 10 && healthy.cases.iter().all(|case| case["reset_us"].is_null()));
+        let (mut hangs, mut healthy) = (Vec::new(), Vec::new());
+        for run in RUNS {
+            for (only, cases) in [(" hangs", &mut hangs), ("loses a result", &mut healthy)] {
+                let outcome = campaign::run(&faults_file(), run, &["--only", only, "--every", "11", "--lsi-hz", hz]);
+                assert_good(&outcome);
+                cases.extend(outcome.cases);
+            }
+        }
+        let latest = hangs.iter().map(|case| case["reset_us"].as_f64().expect("a reset")).fold(0.0, f64::max);
+        report!("LSI {hz} Hz: {} hangs, the latest reset after {:.1} ms", hangs.len(), latest * 1e-3);
+        // Of a task, and of an interrupt.
+        assert!(latest * 1e-3 <= limit_ms("H24").min(limit_ms("H32")));
+        let names: BTreeSet<String> = hangs.iter().map(|case| case["name"].to_string()).collect();
+        assert!(hangs.len() >= 100 && names.len() == 9, "{names:?}");
+        assert!(healthy.len() >= 10 && healthy.iter().all(|case| case["reset_us"].is_null()));
+    }
+}
+
+/// The virtual board has a reader of its own, so that it shares no code with the image: its names in the order of the numbers.
+fn the_reader_of_the_campaign_knows_every_state_and_cause() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tools/virtual-board/src/campaign/reports.rs");
+    let text = std::fs::read_to_string(source).expect("the reader");
+    let names = |list: &str| -> Vec<String> {
+        let (_, rest) = text.split_once(&format!("const {list}: ")).expect("the list");
+        let (_, rest) = rest.split_once("= ").expect("its value");
+        let (body, _) = rest.split_once("];").expect("its end");
+        body.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+    };
+    assert_eq!(names("CAUSES"), Cause::ALL.map(Cause::name));
+    assert_eq!(names("STATES"), SupervisorState::ALL.map(SupervisorState::name));
+}
+
+/// What the page says about the general registers of the core is run with the same states.
+fn the_registers_have_the_limits_and_runs_of_the_campaign() {
+    let text = std::fs::read_to_string(registers_file()).expect("the file");
+    let registers: toml::Table = text.parse().expect("TOML");
+    let file = table();
+    assert_eq!(registers["limits"], file["limits"]);
+    for run in registers["run"].as_array().expect("runs") {
+        assert!(file["run"].as_array().expect("runs").contains(run), "{run}");
     }
 }
 
@@ -166,9 +213,20 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
     for (text, words) in [
         (fault("\"overrun\"", none).replace("least_us = [1166.6,", "least_us = [2100.0,"), "is outside 2100"),
         (fault("\"overrun\"", none).replace("us_per_s = [5555.7,", "us_per_s = [50.0,"), "us in 20.0 ms"),
-        (fault("\"overrun\"", "reaction = \"off\", within_ms = 100"), "outputs off never; allowed are 100 ms"),
-        (fault("\"panic\"", none), "nothing was to happen"),
-        (fault("{ hang = \"telemetry_step\" }", "reaction = \"reset\", within_ms = 2"), "allowed are 2 ms"),
+        (fault("\"overrun\"", "reaction = \"off\", within_ms = 100"), "outputs off never"),
+        (fault("\"panic\"", none), "allowed: none in 100 ms"),
+        (fault("{ hang = \"telemetry_step\" }", "reaction = \"reset\", within_ms = 2"), "allowed: reset in 2 ms"),
+        // A stop by a ramp is not nothing, though the outputs are still on at the end.
+        (fault("{ volts = { pin = \"PA1\", volts = 0.0 } }", none), "the board says stopping (sensor_open)"),
+        // A supply that is too low is none of these causes.
+        (
+            fault("{ supply = 2.0 }", "reaction = \"off\", within_ms = 60, cause = [\"outputs\", \"late\"]"),
+            "says fault (supply); allowed causes: outputs, late",
+        ),
+        // Nothing happened, and nothing shows that there was a fault.
+        (fault("{ rtt = \"byte\" }", "reaction = \"none\", within_ms = 100, counts = \"overruns\""), "did not count"),
+        // The model has no such bits.
+        (fault("{ flip = { address = 0x4001_0030, mask = 0x10000 } }", none), "are as before"),
         (
             fault("{ hang = \"control_step\" }", "reaction = \"reset\", within_ms = 38, decided_within_us = 10"),
             "supply or main output off after",
@@ -180,6 +238,48 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
         assert_eq!(outcome.code, Some(1), "{words}");
         let whys: Vec<&str> = outcome.cases.iter().filter_map(|case| case["why"].as_str()).collect();
         assert!(whys.iter().any(|why| why.contains(words)), "{words}: {whys:?}");
+    }
+}
+
+/// At rest the outputs are off whatever happens: the state that the board reports is what can be wrong.
+fn a_wrong_reaction_at_rest_is_noticed() {
+    let fault = |inject: &str, state: &str, expect: &str| {
+        format!(
+            "{}[[fault]]\nname = \"a\"\ninject = {inject}\nstates = [\"{state}\"]\nexpect = {{ {expect} }}\n",
+            head()
+        )
+    };
+    let bit = "{ flip = { address = 0x4001_002C, mask = 4 } }";
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    for (text, words) in [
+        (fault(bit, "disarmed", "reaction = \"none\", within_ms = 20"), Some("says fault (outputs)")),
+        (
+            fault(bit, "disarmed", "reaction = \"fault\", within_ms = 20, cause = \"supply\""),
+            Some("allowed causes: supply"),
+        ),
+        (fault(bit, "disarmed", "reaction = \"fault\", within_ms = 20, cause = \"outputs\""), None),
+        (fault(bit, "fault", "reaction = \"fault\", within_ms = 20, cause = \"outputs\""), None),
+        (
+            fault("\"overrun\"", "disarmed", "reaction = \"fault\", within_ms = 20, cause = \"outputs\""),
+            Some("allowed: fault"),
+        ),
+        // It is in the state `fault` already: only a record shows another fault.
+        (
+            fault("\"overrun\"", "fault", "reaction = \"fault\", within_ms = 20, cause = \"outputs\""),
+            Some("allowed: fault"),
+        ),
+    ] {
+        std::fs::write(file.path(), text).expect("written");
+        let outcome = campaign::run(file.path(), "walk", &[]);
+        assert_eq!(
+            (outcome.code, outcome.cases.len()),
+            (Some(i32::from(words.is_some())), 20),
+            "{words:?}: {:?}",
+            outcome.cases
+        );
+        for why in words.iter().flat_map(|_| &outcome.cases).map(|case| case["why"].as_str().unwrap_or_default()) {
+            assert!(words.is_some_and(|words| why.contains(words)), "{words:?}: {why}");
+        }
     }
 }
 

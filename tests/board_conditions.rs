@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST, walk_options};
+use footfall_tests::limits::limit_ms;
 use footfall_tests::people::Person;
 use footfall_tests::recordings::{default_trace, default_volts};
 use hgod_adc::Validity;
@@ -112,7 +113,7 @@ fn a_low_supply_switches_the_outputs_off() {
         assert_eq!((state, cause), (SupervisorState::Fault, Cause::Supply), "{low} V");
         let last = ran.pulses.last().expect("pulses").0;
         report!("{low} V: a fault in tick {tick}, last pulse at {last} s");
-        assert!(last <= 3.050, "{low} V: a pulse at {last} s");
+        assert!((last - 3.0) * 1e3 <= limit_ms("H27"), "{low} V: a pulse at {last} s");
     }
 }
 
@@ -278,10 +279,9 @@ fn a_contact_that_is_open_half_the_time_is_in_the_log() {
     assert_eq!(boot.costs.last().expect("a second").dropped, 0);
 }
 
-/// A register of everything that shapes a pulse changes between two ticks: a fault in one of the next two, and no further pulse. (A compare register that
-/// changes in a tick, after the comparison, is written by that tick before a pulse has it.)
+/// A register of everything that shapes a pulse changes between two ticks: a fault in one of the next two, or of the next four for what makes ticks and
+/// codes, and no further pulse. (A compare register that changes in a tick, after the comparison, is written by that tick before a pulse has it.)
 fn a_changed_register_is_a_fault() {
-    let board = Board::find();
     let folder = tempfile::tempdir().expect("a folder");
     let feed = volts(folder.path(), 3.2, &|_| 3.0);
     for (name, write) in [
@@ -303,18 +303,47 @@ fn a_changed_register_is_a_fault() {
         ("FLASH ACR: no caches", "0x40023C00=5"),
     ] {
         let write = format!("{write}@3.0008");
-        let mut options: Vec<OsString> =
-            ["--press", "0.3", "--secs", "3.2", "--register", &write].map(Into::into).to_vec();
-        options.extend(["--volts".into(), feed.clone()]);
-        let ran = board.run(options);
-        let frames = ran.boots[0].watch(&GeneratorConfig::default_walk(), BoardLoop::frame);
-        let (tick, state, cause) = ended(&frames);
-        assert_eq!((state, cause), (SupervisorState::Fault, Cause::Outputs), "{name}");
-        // The board's tick 0 is some milliseconds after power-on.
-        assert!((2_985..=3_002).contains(&tick), "{name}: in tick {tick}");
-        let last = ran.pulses.last().expect("pulses").0;
-        assert!(last <= 3.003, "{name}: a pulse at {last} s");
+        is_a_fault(name, &feed, &["--register", &write]);
     }
+    // Locks of BDTR and of a stream that is on keep stores, but not a disturbance. Of trigger, converter and stream a tick compares a quarter.
+    for (name, address, mask) in [
+        ("TIM2 ARR: a faster trigger", 0x4000_002C, 1 << 6),
+        ("TIM2 PSC: a slower trigger", 0x4000_0028, 1 << 2),
+        ("ADC1 CR1: codes of 10 bits", 0x4001_2004, 1 << 24),
+        ("ADC1 CR2: codes to the left", 0x4001_2008, 1 << 11),
+        ("ADC1 SQR1: 8 conversions", 0x4001_202C, 1 << 21),
+        ("ADC1 SQR3: another channel", 0x4001_2034, 1),
+        ("ADC1 SMPR2: a shorter sampling time", 0x4001_2010, 1 << 5),
+        ("ADC CCR: a faster converter", 0x4001_2304, 1 << 16),
+        ("DMA2 stream 0 CR: one place in memory for all codes", 0x4002_6410, 1 << 10),
+        ("DMA2 stream 0 PAR: another data register", 0x4002_6418, 1 << 3),
+        ("DMA2 stream 0 M0AR: another place in memory", 0x4002_641C, 1 << 6),
+        ("DMA2 stream 0 M1AR: another place in memory", 0x4002_6420, 1 << 6),
+        ("TIM1 CCMR1: channel 1 inactive on match", 0x4001_0018, 1 << 6),
+        ("TIM1 CCMR1: channel 2 without preload", 0x4001_0018, 1 << 11),
+        ("TIM1 CCMR2: channel 3 inverted", 0x4001_001C, 1 << 4),
+        ("TIM1 CCMR2: channel 4 frozen", 0x4001_001C, 3 << 13),
+    ] {
+        let script = folder.path().join("script.toml");
+        let flip = format!("flip = {{ address = {address:#x}, mask = {mask:#x} }}");
+        std::fs::write(&script, format!("[[event]]\nat_s = 3.0008\ninject = {{ {flip} }}\n")).expect("written");
+        is_a_fault(name, &feed, &["--script", script.to_str().expect("text")]);
+    }
+}
+
+/// A walk in which this changes a register at 3.0008 s.
+fn is_a_fault(name: &str, feed: &OsString, change: &[&str]) {
+    let mut options: Vec<OsString> = ["--press", "0.3", "--secs", "3.2"].map(Into::into).to_vec();
+    options.extend(change.iter().map(Into::into));
+    options.extend(["--volts".into(), feed.clone()]);
+    let ran = Board::find().run(options);
+    let frames = ran.boots[0].watch(&GeneratorConfig::default_walk(), BoardLoop::frame);
+    let (tick, state, cause) = ended(&frames);
+    assert_eq!((state, cause), (SupervisorState::Fault, Cause::Outputs), "{name}");
+    // The board's tick 0 is some milliseconds after power-on.
+    assert!((2_985..=3_002).contains(&tick), "{name}: in tick {tick}");
+    let last = ran.pulses.last().expect("pulses").0;
+    assert!(last <= 3.006, "{name}: a pulse at {last} s");
 }
 
 /// As in a chip that was not flashed by `cargo xtask flash`: no press arms, and the refusal says what to do.

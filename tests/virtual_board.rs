@@ -7,6 +7,7 @@ use footfall::board::default_loop::SENSOR_JOINT;
 use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::gestures::{self, ARM};
+use footfall_tests::limits::limit_ms;
 use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
@@ -56,13 +57,7 @@ fn main() -> ExitCode {
 /// The tasks that move the outputs, by the functions that each round of them calls.
 const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
 
-/// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog resets 37.6 ms after the last feed.
-const LATEST_RESET_US: f64 = 38_000.0;
-
-/// Latest moment at which the servos' supply is off after a fault or panic handler has begun, in microseconds.
-const LATEST_RAIL_US: f64 = 10.0;
-
-/// Latest moment at which the outputs are disarmed after that: the end of the longest pulse.
+/// Latest moment at which the outputs are disarmed after a fault or panic handler has begun, in microseconds: the end of the longest pulse.
 const LATEST_DARK_US: f64 = 2_600.0;
 
 /// Options: so many seconds on the default volts, with these gestures of the button.
@@ -454,7 +449,7 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
             let reaction = reaction(&ran);
             let [dark, reset] = ["disarmed_us", "reset_us"].map(|key| number(reaction, key));
             report!("{task} hangs, LSI {lsi} Hz: outputs off after {dark} us, reset after {reset} us");
-            assert!(reset <= LATEST_RESET_US, "{task}: reset {reset} us after the hang");
+            assert!(reset <= limit_ms("H24") * 1e3, "{task}: reset {reset} us after the hang");
             assert_boots_disarmed(&ran);
             // After a reset by the watchdog the reset flag says so; after one by the image itself the log names the task that stalled.
             let after = &ran.boots[1];
@@ -481,7 +476,7 @@ fn time_stamps_go_on_while_the_control_task_stands_still() {
     let after_last_tick_s = stamp_s - f64::from(last.tick) * 1e-3;
     assert!((0.010..0.040).contains(&after_last_tick_s), "{after_last_tick_s} s after the last frame");
     let [dark, reset] = ["disarmed_us", "reset_us"].map(|key| number(reaction(&ran), key));
-    assert!(dark <= reset && reset <= LATEST_RESET_US, "outputs off after {dark} us, reset after {reset} us");
+    assert!(dark <= reset && reset <= limit_ms("H30") * 1e3, "outputs off after {dark} us, reset after {reset} us");
     let after = &ran.boots[1];
     assert_eq!(after.boot.as_ref().map(|boot| boot.reset), Some(Reset::Software));
     assert!(after.log.iter().any(|line| line.contains("stalled task sensor")), "{:?}", after.log);
@@ -502,7 +497,7 @@ fn a_panic_or_a_fault_switches_the_supply_off_first() {
             "{option} {value}: supply off after {rail} us, outputs off after {dark} us, last pin low after {low} us"
         );
         assert!(
-            rail <= LATEST_RAIL_US && dark <= LATEST_DARK_US && low <= LATEST_DARK_US,
+            rail <= limit_ms("H07") * 1e3 && dark <= LATEST_DARK_US && low <= LATEST_DARK_US,
             "{option} {value}: {reaction}"
         );
         assert_boots_disarmed(&ran);

@@ -126,6 +126,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         ticks_to_record: 1,
         locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::wrong_brown_out_reset().is_some(),
         pacer: Pacer::default(),
+        compared: 0,
         ticks_to_frame: TICKS_A_FRAME,
         ended_late: false,
         flooded: false,

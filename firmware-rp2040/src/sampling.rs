@@ -111,9 +111,7 @@ fn begin() {
         w.set_over(true);
         w.set_under(true);
     });
-    let mut div = Div(0);
-    div.set_int((CONVERSION_CYCLES - 1) as u16);
-    ADC.div().write_value(div);
+    ADC.div().write_value(pace());
     for block in 0..2 {
         let channel = DMA.ch(block);
         channel.read_addr().write_value(ADC.fifo().as_ptr() as u32);
@@ -125,15 +123,43 @@ fn begin() {
     DMA.ints(0).write_value(0b11);
     DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(0b01));
     // One write enables, another starts: the converter needs a moment in between (RP2040 datasheet, 4.9.3.1).
-    let mut on = Cs(0);
-    on.set_en(true);
-    on.set_ts_en(true);
-    on.set_ainsel(CHANNELS[0]);
-    on.set_rrobin(CHANNELS.iter().fold(0, |mask, channel| mask | 1 << channel));
+    let mut on = converting();
+    on.set_start_many(false);
     ADC.cs().write_value(on);
     while !ADC.cs().read().ready() {}
     on.set_start_many(true);
     ADC.cs().write_value(on);
+}
+
+/// The converter at work: all channels in turn, the first one next.
+fn converting() -> Cs {
+    let mut w = Cs(0);
+    w.set_en(true);
+    w.set_ts_en(true);
+    w.set_ainsel(CHANNELS[0]);
+    w.set_rrobin(CHANNELS.iter().fold(0, |mask, channel| mask | 1 << channel));
+    w.set_start_many(true);
+    w
+}
+
+/// The distance of the conversions, which paces the ticks.
+fn pace() -> Div {
+    let mut w = Div(0);
+    w.set_int((CONVERSION_CYCLES - 1) as u16);
+    w
+}
+
+/// Whether the converter is as it was started; all of it in each call.
+pub(crate) fn is_as_started(_: usize) -> bool {
+    // Its channel and its flags change by themselves.
+    let (mut now, mut started) = (ADC.cs().read(), converting());
+    for w in [&mut now, &mut started] {
+        w.set_ainsel(0);
+        w.set_ready(false);
+        w.set_err(false);
+        w.set_err_sticky(false);
+    }
+    now == started && ADC.div().read() == pace()
 }
 
 /// The queue of results: on, each result requests a transfer.

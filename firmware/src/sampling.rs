@@ -178,6 +178,12 @@ pub(crate) fn start(priority: Priority) {
 
     // The first trigger is a quarter of a period later: the converter needs 3 us to start, the internal channels 10.
     TIM2.cr1().write(|w| w.set_cen(true));
+
+    for (part, written) in WRITTEN.iter().enumerate() {
+        for (register, written) in registers(part).into_iter().zip(written) {
+            written.store(register, Ordering::Relaxed);
+        }
+    }
 }
 
 /// Puts a channel at a place of the scan, the first is 0.
@@ -255,6 +261,34 @@ fn realign() {
     TIM2.arr().write_value((begun + quarters + 1) * TRIGGER_US - 1);
     TIM2.cr1().modify(|w| w.set_arpe(true));
     TIM2.arr().write_value(TRIGGER_US - 1);
+}
+
+/// Parts of the registers, one of which is compared in a tick: reads of peripherals take time.
+const PARTS: usize = 4;
+
+/// The registers as they were after the start.
+static WRITTEN: [[AtomicU32; 4]; PARTS] = [const { [const { AtomicU32::new(0) }; 4] }; PARTS];
+
+/// What decides when a tick comes and what its codes are: the trigger, the converter, the stream, and what is left of the first two. Bits that change by
+/// themselves are left out, and so is the buffering of the trigger's period, which [`realign`] switches on.
+fn registers(part: usize) -> [u32; 4] {
+    const ARPE: u32 = 1 << 7;
+    /// The stream is off after a failed transfer, until its interrupt starts it again; CT is the block that is being filled.
+    const EN_CT: u32 = 1 | 1 << 19;
+    let stream = DMA2.st(STREAM);
+    match part {
+        0 => [TIM2.cr1().read().0 & !ARPE, TIM2.cr2().read().0, TIM2.psc().read().into(), TIM2.arr().read()],
+        1 => [ADC1.cr1().read().0, ADC1.cr2().read().0, ADC1.sqr1().read().0, ADC1.sqr3().read().0],
+        2 => [stream.cr().read().0 & !EN_CT, stream.par().read(), stream.m0ar().read(), stream.m1ar().read()],
+        _ => [TIM2.smcr().read().0, ADC1.smpr1().read().0, ADC1.smpr2().read().0, ADC_COMMON.ccr().read().0],
+    }
+}
+
+/// Whether trigger, converter and stream are configured as they were started; a quarter of it, another one in each call. With another period of the
+/// trigger the joints run at another speed than the servo frames; a stream that writes elsewhere changes variables.
+pub(crate) fn is_as_started(call: usize) -> bool {
+    let part = call % PARTS;
+    registers(part).iter().zip(&WRITTEN[part]).all(|(now, written)| *now == written.load(Ordering::Relaxed))
 }
 
 /// The flags of the stream.

@@ -76,9 +76,6 @@ pub(crate) enum Status {
     /// Tests show detection and reaction, or that the effect does not come.
     #[serde(rename = "shown")]
     Shown,
-    /// There is a reaction, and no test of it.
-    #[serde(rename = "handled, no test")]
-    Handled,
     /// Some of it is handled; `missing` says what is not.
     #[serde(rename = "partly")]
     Partly,
@@ -91,12 +88,11 @@ pub(crate) enum Status {
 }
 
 impl Status {
-    pub(crate) const ALL: [Self; 5] = [Self::Shown, Self::Handled, Self::Partly, Self::Open, Self::DoesNotApply];
+    pub(crate) const ALL: [Self; 4] = [Self::Shown, Self::Partly, Self::Open, Self::DoesNotApply];
 
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Shown => "shown",
-            Self::Handled => "handled, no test",
             Self::Partly => "partly",
             Self::Open => "open",
             Self::DoesNotApply => "does not apply",

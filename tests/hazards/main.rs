@@ -128,10 +128,18 @@ fn each_defect_is_found() {
     let (before, _) = SOUND.split_once("bench = ").expect("a procedure");
     let found = faults(&before.replacen("[\"virtual-board\"]", "[\"virtual-board\", \"bench\"]", 1));
     assert!(found.contains("shown on the bench without a procedure"), "{found}");
+    // A hazard that is only partly handled, without a test and without a procedure.
+    let partly = SOUND.replacen("\"shown\"", "\"partly\"\nmissing = \"much\"", 1);
+    assert_eq!(faults(&partly), "");
+    let bare: Vec<&str> =
+        partly.lines().filter(|line| !["tests", "shown", "measured"].iter().any(|key| line.starts_with(key))).collect();
+    assert_eq!(faults(&bare.join("\n")), "");
+    let (before, rest) = bare.split_at(bare.iter().position(|line| line.starts_with("bench")).expect("a procedure"));
+    let after = rest.iter().position(|line| *line == "\"\"\"").map(|end| &rest[end + 1..]).expect("its end");
+    let found = faults(&[before, after].concat().join("\n"));
+    assert_eq!(found, "H01: it has neither `tests` nor a procedure `bench`");
     // Other statuses refuse what the first one has.
-    for (status, words) in
-        [("handled, no test", "it has no `tests`"), ("partly", "it needs `missing`"), ("open", "it has no `limit_ms`")]
-    {
+    for (status, words) in [("partly", "it needs `missing`"), ("open", "it has no `limit_ms`")] {
         let found = faults(&SOUND.replacen("\"shown\"", &format!("\"{status}\""), 1));
         assert!(found.contains(words), "{status}: {found}");
     }

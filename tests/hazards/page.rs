@@ -25,9 +25,9 @@ const READING: &str = "\
 - **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them; *host* the computer that runs the tests; *virtual
   board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
 - **hardware**: shown with a board in the hand. *procedure* leads to one below that nobody has carried out yet.
-- **status**: *shown*: tests show detection and reaction, or that the effect does not come; *handled, no test*: there is a reaction, but no test of
-  it; *partly*: something is missing, which the [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied
-  on. Hazards that do not apply have [a list of their own](#what-does-not-apply).
+- **status**: *shown*: tests show detection and reaction, or that the effect does not come; *partly*: something is missing, which the
+  [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied on. Each of these has a test or a bench procedure.
+  Hazards that do not apply have [a list of their own](#what-does-not-apply).
 ";
 
 const BENCH: &str = "\

@@ -66,7 +66,6 @@ fn entry(hazard: &Hazard) -> Vec<String> {
     ];
     let (needed, refused): (&[&str], &[&str]) = match hazard.status {
         Status::Shown => (&["detection", "reaction", "shown", "tests"], &["missing", "why"]),
-        Status::Handled => (&["reaction"], &["shown", "tests", "measured", "missing", "why"]),
         Status::Partly => (&["reaction", "missing"], &["why"]),
         Status::Open => (&["missing"], &["limit_ms", "shown", "tests", "measured", "why"]),
         Status::DoesNotApply => {
@@ -83,6 +82,9 @@ fn entry(hazard: &Hazard) -> Vec<String> {
         }
     }
 
+    if hazard.status != Status::DoesNotApply && hazard.tests.is_empty() && hazard.bench.is_none() {
+        found.push("it has neither `tests` nor a procedure `bench`".to_owned());
+    }
     found.extend(places(hazard));
     if hazard.limit_ms.is_some_and(|limit| !limit.is_finite() || limit <= 0.0) {
         found.push("`limit_ms` is not above 0".to_owned());

@@ -16,6 +16,12 @@ pub fn faults_file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("campaign/faults.toml")
 }
 
+/// The file of the general registers of the core, which are no part of the campaign.
+#[must_use]
+pub fn registers_file() -> PathBuf {
+    faults_file().with_file_name("registers.toml")
+}
+
 /// What of it is before the faults: limits, runs, states.
 ///
 /// # Panics

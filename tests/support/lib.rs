@@ -15,6 +15,7 @@
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
 //! - [`gestures`]: how its button is pressed;
 //! - [`lamps`]: what its lamps show;
+//! - [`limits`]: the time limits of the hazards;
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
@@ -27,6 +28,7 @@ pub mod gestures;
 pub mod host;
 pub mod host_loop;
 pub mod lamps;
+pub mod limits;
 pub mod lockstep;
 pub mod name_parts;
 pub mod people;

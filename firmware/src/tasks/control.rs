@@ -105,6 +105,8 @@ pub(crate) struct Control {
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
+    /// Comparisons of the registers with what was written, wrapping.
+    pub(crate) compared: usize,
     /// The last tick ended late.
     pub(crate) ended_late: bool,
     /// More edges came before the last tick than could be taken.
@@ -143,7 +145,8 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
     // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
-    if !control.outputs.as_written() || !clocks::is_as_started() {
+    control.compared = control.compared.wrapping_add(1);
+    if !control.outputs.as_written() || !clocks::is_as_started() || !sampling::is_as_started(control.compared) {
         cold_path();
         faults = faults.with(BoardFaults::OUTPUTS);
     }

@@ -122,11 +122,18 @@ struct DmaStream {
 #[derive(Debug, Clone)]
 pub(crate) struct Dma {
     streams: [DmaStream; 8],
+    /// Registers of a stream that is on change too: a disturbance.
+    is_unprotected: bool,
 }
 
 impl Dma {
     pub(crate) fn new() -> Self {
-        Dma { streams: [DmaStream { fcr: 0x21, ..DmaStream::default() }; 8] }
+        Dma { streams: [DmaStream { fcr: 0x21, ..DmaStream::default() }; 8], is_unprotected: false }
+    }
+
+    /// Takes the write protection of streams that are on away, or restores it; returns how it was.
+    pub(crate) fn unprotect(&mut self, unprotected: bool) -> bool {
+        std::mem::replace(&mut self.is_unprotected, unprotected)
     }
 
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
@@ -165,10 +172,11 @@ impl Dma {
                 }
             }
             0x10..=0xCC => {
+                let unprotected = self.is_unprotected;
                 let stream = &mut self.streams[(offset as usize - 0x10) / 0x18];
-                let on = stream.cr & EN != 0;
+                let on = stream.cr & EN != 0 && !unprotected;
                 match (offset - 0x10) % 0x18 {
-                    0x00 => stream.write_cr(value, controller, lints),
+                    0x00 => stream.write_cr(value, unprotected, controller, lints),
                     // 10.5.6 to 10.5.9: write-protected while the stream is on, except the memory address that is not the present target.
                     0x10 if on && stream.cr & (DBM | CT) == DBM => stream.memory[1] = value,
                     0x0C if on && stream.cr & (DBM | CT) == DBM | CT => stream.memory[0] = value,
@@ -287,10 +295,14 @@ impl DmaStream {
         }
     }
 
-    fn write_cr(&mut self, value: u32, controller: usize, lints: &mut Vec<LintKind>) {
+    fn write_cr(&mut self, value: u32, unprotected: bool, controller: usize, lints: &mut Vec<LintKind>) {
         let value = value & 0x0FEF_FFFF;
         let (was_on, is_on) = (self.cr & EN != 0, value & EN != 0);
         if was_on && is_on {
+            if unprotected {
+                self.cr = value;
+                return;
+            }
             // 10.5.5: only the interrupt enables can be written while the stream is on.
             let free = 0x1E;
             if (value ^ self.cr) & !free != 0 {

@@ -19,17 +19,41 @@ const UPDATE_PERIODS: f64 = 5.0;
 #[derive(Debug, Clone)]
 pub(crate) struct Iwdg {
     unlocked: bool,
+    /// Registers change without the key: a disturbance.
+    is_unprotected: bool,
     pr: u32,
     rlr: u32,
     /// LSI periods until which PVU and RVU are set.
     updating: [f64; 2],
+    /// LSI periods at which it was frozen; `None`: it is not.
+    frozen: Option<f64>,
     /// LSI periods at the timeout; `None`: not started.
     pub(crate) deadline: Option<f64>,
 }
 
 impl Iwdg {
     pub(crate) fn new() -> Self {
-        Iwdg { unlocked: false, pr: 0, rlr: 0xFFF, updating: [0.0; 2], deadline: None }
+        Iwdg {
+            unlocked: false,
+            is_unprotected: false,
+            pr: 0,
+            rlr: 0xFFF,
+            updating: [0.0; 2],
+            frozen: None,
+            deadline: None,
+        }
+    }
+
+    /// Freezes the counter from these LSI periods on, or lets it count on at `periods` from where it stood (38.16.2).
+    pub(crate) fn freeze(&mut self, from: Option<f64>, periods: f64) {
+        if let Some(frozen) = std::mem::replace(&mut self.frozen, from) {
+            self.deadline = self.deadline.map(|deadline| deadline + periods - frozen);
+        }
+    }
+
+    /// Takes the write protection away, or restores it; returns how it was.
+    pub(crate) fn unprotect(&mut self, unprotected: bool) -> bool {
+        std::mem::replace(&mut self.is_unprotected, unprotected)
     }
 
     /// LSI periods from a reload to the timeout.
@@ -66,11 +90,11 @@ impl Iwdg {
             }
             PR | RLR => {
                 let which = usize::from(offset == RLR);
-                if !self.unlocked {
+                if !self.unlocked && !self.is_unprotected {
                     lints.push(LintKind::Misuse(
                         "IWDG_PR and IWDG_RLR are write-protected: write 0x5555 to IWDG_KR first",
                     ));
-                } else if periods < self.updating[which] {
+                } else if periods < self.updating[which] && !self.is_unprotected {
                     lints.push(LintKind::Misuse(
                         "the last update of IWDG_PR or IWDG_RLR is not complete: wait until its flag in IWDG_SR is 0",
                     ));

@@ -23,7 +23,7 @@ use stm32f4_model::{ResetCause, Soc, SocConfig};
 
 use crate::addresses::FLASH;
 use crate::board::BoardModel;
-use crate::campaign::Driving;
+use crate::campaign::{Driving, Reports};
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
@@ -126,6 +126,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     pub(crate) servos: Option<Servos>,
     /// When the servos were driven, in a campaign.
     driving: Option<Driving>,
+    /// What the board says of itself, which the cases of a campaign compare.
+    reports: Reports,
     /// The log since the last boot, as hex; `None`: not kept.
     log: Option<String>,
     idle: IdleState,
@@ -190,6 +192,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             judge_log,
             servos: None,
             driving: None,
+            reports: Reports::default(),
             log: None,
             idle: IdleState::No,
             periods: 0,
@@ -506,6 +509,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         self.cpu.reset(sp, pc);
         self.trace(Event::Boot);
         self.log.iter_mut().for_each(String::clear);
+        self.reports.boot();
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();
     }

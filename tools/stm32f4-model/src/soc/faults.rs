@@ -2,9 +2,60 @@
 
 use super::Soc;
 use crate::bus::Width;
+use crate::memory_map::{Model, locate};
 use crate::reset::ResetCause;
 
+/// Write protection that [`Soc::flip_bits`] restores.
+enum Protection {
+    /// BDTR.LOCK of a timer, and whether it was written.
+    Lock((u32, bool)),
+    /// Whether streams of a DMA controller were unprotected.
+    Streams(bool),
+    /// Whether the registers of the watchdog were.
+    Key(bool),
+}
+
 impl Soc {
+    /// Changes bits of a register as an electrical disturbance does: no lock and no write protection keeps them (BDTR.LOCK, a DMA stream that is on,
+    /// the keys of the watchdog). Otherwise it acts as a write of the changed word. False: the model did not take the bits, because the register is
+    /// read only, has no clock or no such bits.
+    #[must_use]
+    pub fn flip_bits(&mut self, addr: u32, mask: u32) -> bool {
+        let before = self.read(addr, Width::Word);
+        let protection = self.lift_protection(addr);
+        self.write(addr, Width::Word, before ^ mask);
+        if let Some(protection) = protection {
+            self.restore_protection(addr, protection);
+        }
+        self.read(addr, Width::Word) == before ^ mask
+    }
+
+    /// Takes the write protection of a register away, if its block has one; returns what restores it.
+    fn lift_protection(&mut self, addr: u32) -> Option<Protection> {
+        match locate(addr)?.0.model {
+            Model::Tim(number) => Some(Protection::Lock(self.timers[number].unlock())),
+            Model::Dma(index) => Some(Protection::Streams(self.dma[index].unprotect(true))),
+            Model::Iwdg => Some(Protection::Key(self.iwdg.unprotect(true))),
+            _ => None,
+        }
+    }
+
+    fn restore_protection(&mut self, addr: u32, protection: Protection) {
+        match (locate(addr).map(|(block, _)| block.model), protection) {
+            (Some(Model::Tim(number)), Protection::Lock(lock)) => {
+                self.timers[number]
+                    .lock_as(lock, locate(addr).is_some_and(|(_, offset)| offset == crate::tim::bits::BDTR));
+            }
+            (Some(Model::Dma(index)), Protection::Streams(was)) => {
+                self.dma[index].unprotect(was);
+            }
+            (Some(Model::Iwdg), Protection::Key(was)) => {
+                self.iwdg.unprotect(was);
+            }
+            _ => {}
+        }
+    }
+
     /// Stops the crystal permanently, also after a reset.
     pub fn fail_hse(&mut self) {
         self.change_clock(|soc| {

@@ -13,6 +13,12 @@ impl Soc {
         self.refresh();
     }
 
+    /// Frequency of LSI, Hz.
+    #[must_use]
+    pub fn lsi_hz(&self) -> f64 {
+        self.lsi.hz()
+    }
+
     /// Computes the cycles of the next events that depend on a measured clock, after a change of any clock or of a register.
     pub(super) fn schedule_low_speed(&mut self) {
         let is_frozen = self.halted && self.dbgmcu.stops_watchdog();

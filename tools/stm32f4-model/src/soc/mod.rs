@@ -316,15 +316,27 @@ impl Soc {
         self.pins.output(pin)
     }
 
-    /// Tells the peripherals that a debugger halts the core, until the next reset: those with a freeze bit in DBGMCU stop (38.16.2).
+    /// Tells the peripherals that a debugger halts the core, until [`Soc::resume`] or the next reset: those with a freeze bit in DBGMCU stop (38.16.2).
     pub fn halt(&mut self) {
+        self.set_halted(true);
+    }
+
+    /// Tells the peripherals that the core goes on after a halt.
+    pub fn resume(&mut self) {
+        self.set_halted(false);
+    }
+
+    fn set_halted(&mut self, is_halted: bool) {
         let cycle = self.now;
         for timer in &mut self.timers {
             // Signals up to the present cycle were routed by the last advance.
             let _ = timer.run_to(cycle);
         }
-        self.halted = true;
+        self.halted = is_halted;
+        let periods = self.lsi.periods(self.time.seconds(cycle));
+        self.iwdg.freeze((is_halted && self.dbgmcu.stops_watchdog()).then_some(periods), periods);
         self.apply_clock_tree();
+        self.schedule_low_speed();
         self.refresh();
     }
 

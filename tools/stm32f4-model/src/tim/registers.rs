@@ -7,6 +7,8 @@ use super::{Signals, Timer};
 use crate::lint::LintKind;
 
 const UG: u32 = 1;
+/// LOCK of BDTR.
+const LOCK: u32 = 0x300;
 const BG: u32 = 1 << 7;
 /// OCxM and OCxPE of both channels of a CCMR.
 const CCMR_MODES: u32 = 0x7878;
@@ -222,6 +224,21 @@ impl Timer {
         }
     }
 
+    /// Takes the lock away; returns its bits of BDTR, and whether they were written since the reset.
+    pub(crate) fn unlock(&mut self) -> (u32, bool) {
+        let bits = self.bdtr & LOCK;
+        self.bdtr &= !LOCK;
+        (bits, std::mem::take(&mut self.lock_set))
+    }
+
+    /// Restores the lock. If BDTR itself was `written` meanwhile, it has the lock that was written.
+    pub(crate) fn lock_as(&mut self, (bits, was_set): (u32, bool), written: bool) {
+        if !written {
+            self.bdtr |= bits;
+        }
+        self.lock_set = was_set;
+    }
+
     /// Lock level in BDTR, 0 to 3.
     fn lock(&self) -> u32 {
         self.bdtr >> 8 & 3
@@ -236,7 +253,7 @@ impl Timer {
             frozen |= OSSI | OSSR;
         }
         if self.lock_set {
-            frozen |= 0x300;
+            frozen |= LOCK;
         }
         if (value ^ self.bdtr) & frozen != 0 {
             lints.push(LintKind::Misuse(

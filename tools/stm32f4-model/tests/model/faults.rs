@@ -238,3 +238,65 @@ fn a_lost_request_shifts_the_items_without_an_overrun() {
     bench.to(5_500);
     assert_eq!((codes(&mut bench)[..4].to_vec(), bench.get(ADC1) & OVR), (vec![1, 2, 4, 5], 0));
 }
+
+#[test]
+fn a_disturbance_passes_every_lock_that_a_write_does_not() {
+    let mut bench = Bench::clocked();
+    // 17.4.18: LOCK 3 with PWM mode 1 and preload on channel 1, and idle levels low.
+    bench.set(TIM1 + CCMR1, 0x68);
+    bench.set(TIM1 + BDTR, 0x8300);
+    // 10.5.5: a stream that is on.
+    bench.set(DMA2 + 0x10, 0x2501);
+    // 21.3.2: the registers of the watchdog without the key.
+    let written = |bench: &mut Bench, addr: u32, mask: u32| {
+        let before = bench.get(addr);
+        bench.set(addr, before ^ mask);
+        bench.get(addr) != before
+    };
+    let locked = [
+        (TIM1 + CCMR1, 1 << 4),
+        (TIM1 + CCMR1, 1 << 3),
+        (TIM1 + CR2, 1 << 8),
+        (TIM1 + CCER, 1 << 1),
+        (TIM1 + BDTR, 1 << 12),
+        (TIM1 + BDTR, 1 << 8),
+        (DMA2 + 0x10, 1 << 13),
+        (IWDG + 4, 1),
+        (IWDG + 8, 1 << 11),
+    ];
+    for (addr, mask) in locked {
+        assert!(!written(&mut bench, addr, mask), "{addr:#x} is locked");
+        let before = bench.get(addr);
+        assert!(bench.soc.flip_bits(addr, mask), "{addr:#x}");
+        assert_eq!(bench.get(addr), before ^ mask, "{addr:#x}");
+        assert!(bench.soc.flip_bits(addr, mask), "{addr:#x}, back");
+        assert!(!written(&mut bench, addr, mask), "{addr:#x} is locked again");
+    }
+    // What the hardware has not got does not change, and that is said.
+    assert!(!bench.soc.flip_bits(TIM1 + RCR, 1 << 20));
+    assert!(!bench.soc.flip_bits(0x4000_8000, 1), "no peripheral");
+}
+
+#[test]
+fn a_disturbed_mode_changes_the_output() {
+    // 17.3.10: from PWM mode 1 (6) to inactive on match (2) the output stays low after the end of the pulse.
+    let mut bench = Bench::clocked();
+    bench.set(GPIOA, 0xA800_0000 | 2 << 16);
+    bench.set(GPIOA + 0x24, 1);
+    bench.set(TIM1 + ARR, 999);
+    bench.set(TIM1 + CCR1, 500);
+    bench.set(TIM1 + CCMR1, 0x68);
+    bench.set(TIM1 + CCER, 1);
+    bench.set(TIM1 + BDTR, 0x8300);
+    bench.set(TIM1 + EGR, 1);
+    bench.set(TIM1 + CR1, 1);
+    let edges = |bench: &mut Bench| {
+        let before = bench.plant.edges.len();
+        let now = bench.soc.now();
+        bench.to(now + 10_000);
+        bench.plant.edges.len() - before
+    };
+    assert!(edges(&mut bench) >= 18);
+    assert!(bench.soc.flip_bits(TIM1 + CCMR1, 1 << 6));
+    assert!(edges(&mut bench) <= 1);
+}

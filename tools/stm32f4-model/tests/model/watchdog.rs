@@ -132,3 +132,34 @@ fn a_halted_core_stops_what_the_freeze_bits_name() {
         assert_eq!(bench.soc.take_reset().is_some(), resets, "{bits:#x}");
     }
 }
+
+#[test]
+fn after_a_halt_what_was_frozen_goes_on_from_where_it_stood() {
+    // 38.16.2: the counters are stopped while the core is halted. IWDG after its reset: 512 ms at 32 kHz.
+    let apb1_freeze = 0xE004_2008;
+    for (bits, timer_stands, resets_after_s) in [(1, true, 0.512), (1 | 1 << 12, true, 0.812), (1 << 12, false, 0.812)]
+    {
+        let mut bench = Bench::clocked();
+        bench.set(IWDG, 0xCCCC);
+        bench.set(TIM2 + CR1, 1);
+        bench.set(apb1_freeze, bits);
+        let after = |bench: &Bench, seconds: f64| bench.soc.cycle_at(seconds);
+        let halt = after(&bench, 0.1);
+        bench.to(halt);
+        bench.soc.halt();
+        let before = bench.get(TIM2 + CNT);
+        let end = after(&bench, 0.4);
+        bench.to(end);
+        bench.soc.resume();
+        assert_eq!(bench.get(TIM2 + CNT) == before, timer_stands, "{bits:#x}");
+        let at = bench.get(TIM2 + CNT);
+        bench.pass(16_000);
+        assert!(bench.get(TIM2 + CNT) > at, "{bits:#x}: it counts again");
+        let early = after(&bench, resets_after_s - 0.002);
+        bench.to(early);
+        assert_eq!(bench.soc.take_reset(), None, "{bits:#x}");
+        let late = after(&bench, resets_after_s + 0.002);
+        bench.to(late);
+        assert!(bench.soc.take_reset().is_some(), "{bits:#x}");
+    }
+}

@@ -1,17 +1,20 @@
 //! A fault of a campaign, and what it must lead to.
 
 use anyhow::{Result, ensure};
-use serde::Deserialize;
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::reports::{CAUSES, Counter};
 use crate::script::Inject;
 
 /// What a fault must lead to.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Expected {
-    /// The reaction.
-    pub(crate) reaction: Reaction,
-    /// Its time limit, from the effect of the fault, ms.
+    /// The reactions that are allowed: one, or a list.
+    #[serde(rename = "reaction", deserialize_with = "one_or_more")]
+    pub(crate) reactions: Vec<Reaction>,
+    /// Their time limit, from the effect of the fault, ms.
     pub(crate) within_ms: f64,
     /// Time limit for the first act: the supply of the servos or the main output is off, us.
     pub(crate) decided_within_us: Option<f64>,
@@ -19,17 +22,51 @@ pub(crate) struct Expected {
     pub(crate) low_within_ms: Option<f64>,
     /// One pulse of each servo may last so long, ms: the fault stops or slows the timer in it.
     pub(crate) high_ms: Option<f64>,
+    /// The cause that the board must give for `off`, `fault` and `cause`: one of them.
+    #[serde(rename = "cause", default, deserialize_with = "one_or_more")]
+    pub(crate) causes: Vec<Cause>,
+    /// What the board must have counted by the end: without it nothing shows that the fault had an effect.
+    pub(crate) counts: Option<Counter>,
 }
 
 impl Expected {
     /// Only the limits of the pulses, for 150 ms.
     pub(super) const PULSES_ALONE: Self = Expected {
-        reaction: Reaction::Any,
+        reactions: Vec::new(),
         within_ms: 150.0,
         decided_within_us: None,
         low_within_ms: None,
         high_ms: None,
+        causes: Vec::new(),
+        counts: None,
     };
+
+    /// Whether only the limits of the pulses are judged.
+    pub(crate) const fn is_of_the_pulses_alone(&self) -> bool {
+        self.reactions.is_empty()
+    }
+
+    /// Whether a reaction is allowed.
+    pub(crate) fn allows(&self, reaction: Reaction) -> bool {
+        self.reactions.contains(&reaction)
+    }
+
+    /// Checks that each reaction can fail where the outputs are on, or off.
+    pub(super) fn check_for(&self, state: &str, outputs: bool) -> Result<()> {
+        let wrong = if outputs { Reaction::Fault } else { Reaction::Off };
+        ensure!(
+            !self.allows(wrong),
+            "`{}` cannot be seen in the state `{state}`, whose outputs are {}; {}",
+            wrong.name(),
+            if outputs { "on" } else { "off" },
+            if outputs {
+                "allowed are off, reset, cause and none"
+            } else {
+                "add at_rest, which allows fault, reset, cause and none"
+            }
+        );
+        Ok(())
+    }
 
     fn check(&self) -> Result<()> {
         let limits = [
@@ -50,19 +87,79 @@ impl Expected {
 }
 
 /// A reaction that a fault must lead to. The limits of the pulses hold besides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Reaction {
-    /// The servos get no pulse any more, or their supply is off.
+    /// The servos get no pulse any more, or their supply is off; the chip does not reset.
     Off,
-    /// The same, and the chip resets.
+    /// The servos are not driven any more, and the chip resets.
     Reset,
-    /// The outputs stay as they were: on or off.
+    /// Outputs that were off stay off, and the supervisor goes to the state `fault`. Where it is in it already, a record has the fault.
+    Fault,
+    /// Outputs and state stay as they were; the supervisor gives another cause.
+    Cause,
+    /// Outputs, state and cause of the supervisor stay as they were, and its reports go on.
     None,
-    /// One of the two: the program may have overwritten the fault before it looks.
-    OffOrNone,
-    /// Any: only the limits of the pulses are judged.
-    Any,
+}
+
+impl Reaction {
+    /// Its word in the file.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Reset => "reset",
+            Self::Fault => "fault",
+            Self::Cause => "cause",
+            Self::None => "none",
+        }
+    }
+}
+
+/// A cause that the supervisor gives, by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Cause(pub(crate) u8);
+
+impl Cause {
+    /// Its name.
+    pub(crate) fn name(self) -> &'static str {
+        CAUSES.get(usize::from(self.0)).copied().unwrap_or_default()
+    }
+}
+
+impl<'de> Deserialize<'de> for Cause {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(from)?;
+        let number = CAUSES.iter().position(|known| *known == name);
+        number
+            .map(|number| Self(number as u8))
+            .ok_or_else(|| serde::de::Error::custom(format!("`{name}` is no cause; allowed are {}", CAUSES.join(", "))))
+    }
+}
+
+/// One word, or a list of them.
+fn one_or_more<'de, D: Deserializer<'de>, T: Deserialize<'de>>(from: D) -> Result<Vec<T>, D::Error> {
+    // An untagged enum would hide the reason of an error in it.
+    struct Words<T>(std::marker::PhantomData<T>);
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Words<T> {
+        type Value = Vec<T>;
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("a word, or a list of words")
+        }
+        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Vec<T>, E> {
+            Ok(vec![T::deserialize(serde::de::value::StrDeserializer::new(word))?])
+        }
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
+            let mut all = Vec::new();
+            while let Some(one) = list.next_element()? {
+                all.push(one);
+            }
+            if all.is_empty() {
+                return Err(serde::de::Error::custom("an empty list; allowed is one word or more"));
+            }
+            Ok(all)
+        }
+    }
+    from.deserialize_any(Words(std::marker::PhantomData))
 }
 
 /// A fault by its name.
@@ -71,8 +168,14 @@ pub(crate) enum Reaction {
 pub(crate) struct Fault {
     /// Name.
     pub(crate) name: String,
+    /// Name of the register or of the other group that it is one of; empty: it is alone.
+    #[serde(skip)]
+    pub(crate) group: String,
     /// What happens.
     pub(crate) inject: Inject,
+    /// What happens right after it, such as the request of a handler that hangs.
+    #[serde(default)]
+    pub(crate) then: Option<Inject>,
     /// How long, ms; without it, to the end.
     #[serde(default)]
     pub(crate) for_ms: Option<f64>,
@@ -80,12 +183,33 @@ pub(crate) struct Fault {
     pub(crate) states: Vec<String>,
     /// What it must lead to.
     pub(crate) expect: Expected,
+    /// The same in the states whose outputs are off, if it is another.
+    #[serde(default)]
+    pub(crate) at_rest: Option<Expected>,
 }
 
 impl Fault {
     /// A fault that does not end.
-    pub(super) fn lasting(name: String, inject: Inject, states: &[String], expect: Expected) -> Self {
-        Fault { name, inject, for_ms: None, states: states.to_vec(), expect }
+    pub(super) fn lasting(
+        [group, name]: [&str; 2],
+        inject: Inject,
+        states: &[String],
+        expect: &Expected,
+        at_rest: Option<&Expected>,
+    ) -> Self {
+        let (expect, at_rest) = (expect.clone(), at_rest.cloned());
+        let (group, name) = (group.to_owned(), name.to_owned());
+        Fault { name, group, inject, then: None, for_ms: None, states: states.to_vec(), expect, at_rest }
+    }
+
+    /// The name under which its cases are counted.
+    pub(crate) fn row(&self) -> &str {
+        if self.group.is_empty() { &self.name } else { &self.group }
+    }
+
+    /// What it must lead to where the outputs are on, or off.
+    pub(crate) fn expected(&self, outputs: bool) -> &Expected {
+        self.at_rest.as_ref().filter(|_| !outputs).unwrap_or(&self.expect)
     }
 
     /// Whether it applies in the state of this name.
@@ -96,11 +220,14 @@ impl Fault {
     /// Checks what is injected, and the time limits.
     pub(super) fn check(&self) -> Result<()> {
         self.inject.check()?;
+        self.then.iter().try_for_each(Inject::check)?;
         if let Some(ms) = self.for_ms {
             ensure!(ms >= 0.0 && ms.is_finite(), "for_ms is {ms}; allowed is 0 or more");
         }
         self.expect.check()?;
-        ensure!(self.for_ms.is_none() || self.inject.can_end(), "`{}` has no end; remove for_ms", self.inject.name());
+        self.at_rest.iter().try_for_each(Expected::check)?;
+        let can_end = self.inject.can_end() || self.then.as_ref().is_some_and(Inject::can_end);
+        ensure!(self.for_ms.is_none() || can_end, "`{}` has no end; remove for_ms", self.inject.name());
         Ok(())
     }
 }

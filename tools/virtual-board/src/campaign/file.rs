@@ -87,8 +87,18 @@ impl Campaign {
             fault.check().with_context(|| format!("fault `{name}`"))?;
             ensure!(names.insert(name), "two faults have the name `{name}`; allowed is one");
             states.iter().try_for_each(|state| check_state("fault", name, state))?;
+            for state in campaign.runs.iter().flat_map(|run| &run.states).filter(|state| states.contains(&state.name)) {
+                let expected = fault.expected(state.outputs);
+                expected.check_for(&state.name, state.outputs).with_context(|| format!("fault `{name}`"))?;
+            }
         }
         Ok(campaign)
+    }
+
+    /// The cases of a fault: each state in which it applies, in the order of the file, with each phase.
+    pub(crate) fn cases_of(&self, fault: &Fault) -> Vec<(&str, u32)> {
+        let states = self.runs.iter().flat_map(|run| &run.states).filter(|state| fault.applies_in(&state.name));
+        states.flat_map(|state| (0..self.phases).map(|phase| (state.name.as_str(), phase))).collect()
     }
 
     /// The run of this name.
@@ -119,6 +129,7 @@ impl Campaign {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::Reaction;
     use crate::script::Inject;
 
     const HEAD: &str = "phases = 2\n[limits]\nleast_us = [523, 523, 523, 523]\nmost_us = [2400, 2400, 2400, 2400]\nus_per_s = [1e3, 1e3, 1e3, 1e3]\npark_us = [1500, 1500, 1500, 1500]\n\
@@ -156,6 +167,25 @@ mod tests {
     }
 
     #[test]
+    fn reactions_and_causes_are_words_or_lists() {
+        let text = format!(
+            "{HEAD}[[fault]]\nname = \"a\"\ninject = \"panic\"\nstates = [\"walking\", \"disarmed\"]\n\
+             expect = {{ reaction = [\"off\", \"none\"], within_ms = 5, cause = [\"late\", \"outputs\"], counts = \"missed\" }}\n\
+             at_rest = {{ reaction = \"fault\", within_ms = 20, cause = \"outputs\" }}\n"
+        );
+        let campaign = parse(&text).unwrap();
+        let (on, off) = (campaign.faults[0].expected(true), campaign.faults[0].expected(false));
+        assert_eq!(
+            (on.reactions.as_slice(), off.reactions.as_slice()),
+            (&[Reaction::Off, Reaction::None][..], &[Reaction::Fault][..])
+        );
+        let names: Vec<&str> = on.causes.iter().map(|cause| cause.name()).collect();
+        assert_eq!((names, off.within_ms), (vec!["late", "outputs"], 20.0));
+        let cases = campaign.cases_of(&campaign.faults[0]);
+        assert_eq!(cases, [("disarmed", 0), ("disarmed", 1), ("walking", 0), ("walking", 1)]);
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         let fault = |inject: &str, state: &str, within: &str| {
             format!(
@@ -170,6 +200,17 @@ mod tests {
             (fault("\"crystal\"", "walking", "0"), "within_ms is 0; allowed is more than 0"),
             (fault("\"quake\"", "walking", "40"), "unknown variant `quake`"),
             (fault("{ level = { pin = \"PX1\", high = true } }", "walking", "40"), "is not the name of a pin"),
+            (
+                fault("\"crystal\"", "disarmed", "40").replace("\"reset\"", "[\"reset\", \"off\"]"),
+                "`off` cannot be seen in the state `disarmed`, whose outputs are off; add at_rest",
+            ),
+            (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "\"fault\""), "whose outputs are on"),
+            (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "[]"), "an empty list"),
+            (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "\"any\""), "unknown variant `any`"),
+            (
+                fault("\"crystal\"", "walking", "40, cause = \"bad luck\""),
+                "`bad luck` is no cause; allowed are none, button",
+            ),
             (HEAD.replace("phases = 2", "phases = 0"), "phases is 0; allowed are 1 to 1000"),
             (HEAD.replace("0aff", "0af"), "`0af` is no list of bytes"),
             (HEAD.replace("disarmed", "walking"), "two states have the name `walking`"),

@@ -23,15 +23,18 @@ pub(super) struct Register {
     states: Vec<String>,
     /// What each must lead to.
     expect: Expected,
+    /// The same in the states whose outputs are off, if it is another.
+    #[serde(default)]
+    at_rest: Option<Expected>,
 }
 
 impl Register {
     pub(super) fn faults(self) -> Result<Vec<Fault>> {
-        let Register { name, address, bits, states, expect } = self;
+        let Register { name, address, bits, states, expect, at_rest } = self;
         ensure!(bits.iter().all(|bit| *bit < 32), "register `{name}`: bits {bits:?}; allowed are 0 to 31");
         let fault = |bit: u32| {
             let flip = Inject::Flip { address, mask: 1 << bit };
-            Fault::lasting(format!("{name}, bit {bit}"), flip, &states, expect)
+            Fault::lasting([&name, &format!("{name}, bit {bit}")], flip, &states, &expect, at_rest.as_ref())
         };
         Ok(bits.into_iter().map(fault).collect())
     }
@@ -49,18 +52,24 @@ pub(super) struct Core {
     bits: Vec<u32>,
     /// States in which they apply.
     states: Vec<String>,
-    /// What each must lead to.
-    expect: Expected,
+    /// What each must lead to; without it only the limits of the pulses judge.
+    #[serde(default)]
+    expect: Option<Expected>,
+    /// The same in the states whose outputs are off, if it is another.
+    #[serde(default)]
+    at_rest: Option<Expected>,
 }
 
 impl Core {
     pub(super) fn faults(self) -> Vec<Fault> {
-        let Core { name, registers, bits, states, expect } = self;
+        let Core { name, registers, bits, states, expect, at_rest } = self;
+        let expect = expect.unwrap_or(Expected::PULSES_ALONE);
         let mut faults = Vec::new();
         for register in registers {
+            let group = format!("{name} {register}");
             faults.extend(bits.iter().map(|&bit| {
                 let flip = Inject::CoreFlip { register, bit };
-                Fault::lasting(format!("{name}, {register} bit {bit}"), flip, &states, expect)
+                Fault::lasting([&group, &format!("{group}, bit {bit}")], flip, &states, &expect, at_rest.as_ref())
             }));
         }
         faults
@@ -82,14 +91,17 @@ pub(super) struct Exceptions {
     states: Vec<String>,
     /// What each must lead to.
     expect: Expected,
+    /// The same in the states whose outputs are off, if it is another.
+    #[serde(default)]
+    at_rest: Option<Expected>,
 }
 
 impl Exceptions {
     pub(super) fn faults(self) -> Vec<Fault> {
-        let Exceptions { name, numbers, enable, states, expect } = self;
+        let Exceptions { name, numbers, enable, states, expect, at_rest } = self;
         let fault = |number| {
             let inject = Inject::Exception { number, enable };
-            Fault::lasting(format!("{name}, {number}"), inject, &states, expect)
+            Fault::lasting([&name, &format!("{name}, {number}")], inject, &states, &expect, at_rest.as_ref())
         };
         numbers.into_iter().map(fault).collect()
     }
@@ -127,7 +139,13 @@ impl Memory {
         let fault = |bit: u64| {
             let byte = first + (bit / 8) as u32;
             let flip = Inject::Flip { address: byte & !3, mask: 1 << (bit % 8) << (byte % 4 * 8) };
-            Fault::lasting(format!("{name}, {byte:#010x} bit {}", bit % 8), flip, &states, Expected::PULSES_ALONE)
+            Fault::lasting(
+                [&name, &format!("{name}, {byte:#010x} bit {}", bit % 8)],
+                flip,
+                &states,
+                &Expected::PULSES_ALONE,
+                None,
+            )
         };
         Ok(drawn.into_iter().map(fault).collect())
     }

@@ -4,11 +4,13 @@ mod driving;
 mod fault;
 mod file;
 mod groups;
+mod reports;
 mod several;
 mod stage;
 
 pub(crate) use driving::Driving;
 pub(crate) use fault::{Expected, Fault, Reaction};
 pub(crate) use file::Campaign;
+pub(crate) use reports::{FAULT, Reports, Status};
 pub(crate) use several::{Draw, Several};
 pub(crate) use stage::{Press, Run, Sequence};

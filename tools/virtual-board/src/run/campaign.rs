@@ -9,9 +9,11 @@ use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
+use super::case::cpu_s;
 use crate::campaign::{Campaign, Draw, Fault, Run, Sequence, Several};
 use crate::cpu::{Cpu as _, Reg};
 use crate::inject::{Injection, InjectionKind};
+use crate::report;
 
 /// Between two messages.
 const PROGRESS: Duration = Duration::from_secs(5);
@@ -46,26 +48,50 @@ pub(super) enum Item<'a> {
     Several(Draw<'a>),
 }
 
+impl<'a> Item<'a> {
+    /// Name of its fault or sequence.
+    pub(super) fn name(&self) -> Option<&'a str> {
+        match self {
+            Item::Fault(fault, _) => Some(&fault.name),
+            Item::Sequence(sequence) => Some(&sequence.name),
+            Item::Several(_) => None,
+        }
+    }
+}
+
 impl Plan<'_> {
     /// The cases of a run, in the order of its states, each with the number of its state.
     fn items<'a>(&self, campaign: &'a Campaign, run: &'a Run) -> Vec<(usize, Item<'a>)> {
         let chosen = |name: &str| self.only.is_none_or(|only| name.contains(only));
-        let draws: Vec<Draw> = self.several.map_or_else(Vec::new, |several| several.draws(campaign).collect());
+        let number_of = |state: &str| run.states.iter().position(|one| one.name == state);
         let mut items = Vec::new();
-        for (number, state) in run.states.iter().enumerate() {
-            if self.several.is_some() {
-                let here = draws.iter().filter(|draw| draw.state == state.name).cloned();
-                items.extend(here.map(|draw| (number, Item::Several(draw))));
-                continue;
+        if let Some(several) = self.several {
+            let draws = several.draws(campaign).step_by(self.every);
+            items.extend(draws.filter_map(|draw| Some((number_of(draw.state)?, Item::Several(draw)))));
+        } else {
+            for (place, fault) in campaign.faults.iter().enumerate().filter(|(_, fault)| chosen(&fault.name)) {
+                let cases = campaign.cases_of(fault);
+                for case in sample(cases.len(), self.every, place) {
+                    let (state, phase) = cases[case];
+                    items.extend(number_of(state).map(|number| (number, Item::Fault(fault, phase))));
+                }
             }
-            for fault in campaign.faults.iter().filter(|fault| fault.applies_in(&state.name) && chosen(&fault.name)) {
-                items.extend((0..campaign.phases).map(|phase| (number, Item::Fault(fault, phase))));
-            }
-            let here = campaign.sequences.iter().filter(|one| one.state == state.name && chosen(&one.name));
-            items.extend(here.map(|sequence| (number, Item::Sequence(sequence))));
+            let here = campaign.sequences.iter().filter(|one| chosen(&one.name)).step_by(self.every);
+            items.extend(here.filter_map(|one| Some((number_of(&one.state)?, Item::Sequence(one)))));
         }
-        items.into_iter().step_by(self.every).collect()
+        // Stable: within a state the order is that of the file.
+        items.sort_by_key(|(number, _)| *number);
+        items
     }
+}
+
+/// Of so many cases of a fault one in `every`, at least one, evenly spread. Where they begin differs from fault to fault (by the golden section, which
+/// meets every part of the cases alike), so that all states and phases are met.
+fn sample(cases: usize, every: usize, place: usize) -> impl Iterator<Item = usize> {
+    const GOLDEN_SECTION: f64 = 0.618_034;
+    let count = (cases / every).max(1).min(cases);
+    let first = ((place as f64 * GOLDEN_SECTION).fract() * cases as f64) as usize;
+    (0..count).map(move |n| (first + n * cases / count) % cases)
 }
 
 impl<W: Write> BoardRun<'_, W> {
@@ -79,13 +105,19 @@ impl<W: Write> BoardRun<'_, W> {
         let mut pool = Pool::new(items.len(), plan.jobs);
         // A name that the image lacks is found before the first case.
         for fault in &campaign.faults {
-            InjectionKind::of(&fault.inject, self.image).with_context(|| format!("fault `{}`", fault.name))?;
+            for inject in [Some(&fault.inject), fault.then.as_ref()].into_iter().flatten() {
+                InjectionKind::of(inject, self.image).with_context(|| format!("fault `{}`", fault.name))?;
+            }
         }
         self.prepare(run)?;
         self.begin();
         let mut sent = 0;
         let mut items = items.into_iter().peekable();
         for (number, state) in run.states.iter().enumerate() {
+            if items.peek().is_none() {
+                break;
+            }
+            let before_s = cpu_s();
             while let Some(serial) = run.serial.get(sent).filter(|serial| serial.at_s <= state.at_s) {
                 self.run_until(serial.at_s)?;
                 self.cpu.machine().soc.put_serial(&serial.bytes);
@@ -102,8 +134,10 @@ impl<W: Write> BoardRun<'_, W> {
                 on_or_off(armed),
                 on_or_off(state.outputs)
             );
+            pool.count_boot(before_s.zip(cpu_s()).map(|(before, now)| now - before));
             while let Some((_, item)) = items.next_if(|(at, _)| *at == number) {
                 pool.wait_for_slot()?;
+                pool.alone_s += pool.boot_s;
                 match fork().map_err(|error| anyhow::anyhow!("cannot make a process: {error}"))? {
                     Fork::Parent(_) => pool.running += 1,
                     Fork::Child => {
@@ -174,6 +208,10 @@ struct Pool {
     count: Count,
     began: Instant,
     said: Instant,
+    /// Processor time from power-on to the present state, s: without the copies, each case would need it.
+    boot_s: f64,
+    /// The same, of all cases.
+    alone_s: f64,
 }
 
 /// Number of cases, and of those that were not good.
@@ -186,7 +224,12 @@ struct Count {
 impl Pool {
     fn new(all: usize, jobs: usize) -> Self {
         let now = Instant::now();
-        Pool { all, jobs, running: 0, count: Count::default(), began: now, said: now }
+        Pool { all, jobs, running: 0, count: Count::default(), began: now, said: now, boot_s: 0.0, alone_s: 0.0 }
+    }
+
+    /// Counts processor time that led to the present state, s.
+    fn count_boot(&mut self, seconds: Option<f64>) {
+        self.boot_s += seconds.unwrap_or_default();
     }
 
     /// Waits until another case may begin, and says how far the campaign is.
@@ -225,11 +268,20 @@ impl Pool {
             faults: usize,
             phases: u32,
             seconds: f64,
+            /// Processor time of the boot and the way to the last state, once.
+            boot_cpu_s: f64,
+            /// The same with the copies of the process.
+            parent_cpu_s: f64,
+            /// The same, if each case had its own.
+            alone_cpu_s: f64,
         }
         let code = if self.count.wrong == 0 { GOOD } else { WRONG };
         let seconds = (self.began.elapsed().as_secs_f64() * 10.0).round() / 10.0;
         let (faults, phases) = (campaign.faults.len(), campaign.phases);
-        write_line(&End { r#type: "end", count: self.count, faults, phases, seconds })?;
+        let parent_s = cpu_s().unwrap_or_default();
+        let [boot_cpu_s, parent_cpu_s, alone_cpu_s] = [self.boot_s, parent_s, self.alone_s].map(report::seconds);
+        let count = self.count;
+        write_line(&End { r#type: "end", count, faults, phases, seconds, boot_cpu_s, parent_cpu_s, alone_cpu_s })?;
         Ok(code)
     }
 }
@@ -245,4 +297,25 @@ pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(&text)?;
     Ok(out.flush()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_sample_has_each_fault_and_is_spread() {
+        let all: Vec<usize> = sample(160, 1, 7).collect();
+        assert_eq!(all.iter().copied().collect::<BTreeSet<_>>(), (0..160).collect());
+        assert_eq!(all.len(), 160);
+        // One of 61 of 160 cases are two; of fewer than 61 one.
+        assert_eq!((sample(160, 61, 3).count(), sample(40, 61, 3).count(), sample(20, 1000, 3).count()), (2, 1, 1));
+        let mut seen = BTreeSet::new();
+        for place in 0..600 {
+            seen.extend(sample(160, 61, place));
+        }
+        assert_eq!(seen.len(), 160, "every state and phase is met by a fault");
+        assert_eq!(sample(0, 3, 1).count(), 0);
+    }
 }

@@ -7,10 +7,11 @@ use serde::Serialize;
 
 use super::BoardRun;
 use super::campaign::{Item, write_line};
-use crate::campaign::{Campaign, Draw, Driving, Expected, Fault, Reaction, Sequence};
+use crate::campaign::{Campaign, Draw, Driving, Expected, FAULT, Fault, Reaction, Reports, Sequence, Status};
 use crate::inject::{Injection, InjectionKind};
 use crate::plant::ButtonPress;
 use crate::report;
+use crate::script::Inject;
 
 /// Between two phases, s: a little more than a tick, so that both the servo frame and the tick are met at all phases.
 const PHASE_S: f64 = 1.05e-3;
@@ -35,7 +36,7 @@ struct Line<'a> {
     /// Pulses that no servo may get.
     violations: usize,
     #[serde(flatten)]
-    fault: Option<FaultTimes>,
+    fault: Option<FaultTimes<'a>>,
     #[serde(flatten)]
     sequence: Option<SequenceResult>,
     #[serde(flatten)]
@@ -44,8 +45,20 @@ struct Line<'a> {
 
 /// What a fault led to.
 #[derive(Debug, Serialize)]
-struct FaultTimes {
+struct FaultTimes<'a> {
     phase: u32,
+    /// The name under which it is counted.
+    row: &'a str,
+    /// The outputs were on before.
+    outputs: bool,
+    /// The reaction that came; null: none that a file can declare.
+    reaction: Option<Reaction>,
+    /// State and cause that the board gives at the end.
+    says: Option<String>,
+    /// Only the limits of the pulses were judged.
+    pulses_alone: bool,
+    /// Processor time of the case, ms.
+    cpu_ms: Option<f64>,
     /// From the effect of the fault until no servo gets a pulse any more, us; null: they go on.
     off_us: Option<f64>,
     /// From the effect to the reset, us; null: no reset.
@@ -83,7 +96,7 @@ impl<W: Write> BoardRun<'_, W> {
     pub(super) fn case(&mut self, campaign: &Campaign, item: &Item<'_>, state: &str) -> Result<bool> {
         let outputs = self.output_state();
         let high_ms = match item {
-            Item::Fault(fault, _) => fault.expect.high_ms,
+            Item::Fault(fault, _) => fault.expected(outputs.armed).high_ms,
             Item::Sequence(_) => None,
             Item::Several(draw) => draw.faults.iter().filter_map(|(_, fault)| fault.expect.high_ms).reduce(f64::max),
         };
@@ -93,11 +106,18 @@ impl<W: Write> BoardRun<'_, W> {
         // Nothing of the run follows, but for what a sequence says.
         self.cpu.machine().plant.drop_presses_after(now);
         self.injections.retain(|injection| !injection.is_pending());
-        let mut line = match item {
-            Item::Fault(fault, phase) => self.one_fault(fault, *phase)?,
-            Item::Sequence(sequence) => self.sequence(sequence)?,
-            Item::Several(draw) => self.several(draw)?,
+        let line = match item {
+            Item::Fault(fault, phase) => self.one_fault(fault, *phase),
+            Item::Sequence(sequence) => self.sequence(sequence),
+            Item::Several(draw) => self.several(draw),
         };
+        // A fault that the model cannot inject is one that nothing is known about.
+        let mut line = line.unwrap_or_else(|error| Line {
+            r#type: if matches!(item, Item::Fault(..)) { "case" } else { "error" },
+            name: item.name(),
+            why: Some(format!("{error:#}")),
+            ..Line::default()
+        });
         line.state = state;
         let (violations, first) = self.judge.violations();
         line.violations = violations;
@@ -109,12 +129,15 @@ impl<W: Write> BoardRun<'_, W> {
 
     fn one_fault<'a>(&mut self, fault: &'a Fault, phase: u32) -> Result<Line<'a>> {
         let armed = self.output_state().armed;
+        let before = self.reports.status;
+        self.reports.begin();
         let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
         let place = self.injections.len();
         self.inject_at(fault, at)?;
-        let Expected { reaction: expected, within_ms, .. } = fault.expect;
+        let expected = fault.expected(armed);
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
+        let mut said_s = None;
         let mut stood = 0;
         loop {
             self.pause_s = until;
@@ -123,13 +146,20 @@ impl<W: Write> BoardRun<'_, W> {
             let reaction = self.injections[place].reaction(now);
             if let (false, Some(effect)) = (has_effect, reaction.effect_s) {
                 has_effect = true;
-                until = effect + within_ms * 1e-3 + AFTERWARDS_S;
+                until = effect + expected.within_ms * 1e-3 + AFTERWARDS_S;
+            }
+            let says = says(&self.reports, before, expected);
+            if has_effect && says != Some(Reaction::None) {
+                said_s = said_s.or(Some(now));
             }
             let is_off = first_of(reaction.low_us, reaction.rail_us).is_some();
-            let is_decided = match expected {
-                Reaction::Off => is_off,
-                Reaction::Reset => is_off && reaction.reset_us.is_some(),
-                Reaction::None | Reaction::OffOrNone | Reaction::Any => false,
+            let is_decided = match says {
+                _ if reaction.reset_us.is_some() => is_off && expected.allows(Reaction::Reset),
+                _ if armed && is_off => expected.allows(Reaction::Off),
+                Some(said) if said_s.is_some() && said != Reaction::None => {
+                    expected.allows(said) && !expected.allows(Reaction::Reset)
+                }
+                _ => false,
             };
             if is_decided {
                 until = until.min(now + AFTERWARDS_S);
@@ -139,13 +169,30 @@ impl<W: Write> BoardRun<'_, W> {
             }
         }
         let reaction = self.injections[place].reaction(self.cpu.machine().seconds());
-        let stays = self.output_state().armed == armed;
+        let outcome = Outcome {
+            armed,
+            is_latched: before.is_some_and(|before| before.state == FAULT),
+            stays: self.output_state().armed == armed,
+            says: says(&self.reports, before, expected),
+            said_us: said_s.zip(reaction.effect_s).map(|(said, effect)| (said - effect) * 1e6),
+            reaction: &reaction,
+        };
+        let seen = outcome.seen();
+        let has_counted = expected.counts.is_none_or(|counter| self.reports.count(counter) > 0);
+        let uncounted = || (!has_counted).then(|| format!("the board did not count it: {:?}", expected.counts));
+        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted);
         Ok(Line {
             r#type: "case",
             name: Some(&fault.name),
-            why: missed(fault.expect, &reaction, stays),
+            why,
             fault: Some(FaultTimes {
                 phase,
+                row: fault.row(),
+                outputs: armed,
+                reaction: seen,
+                says: self.reports.status.map(|status| status.to_string()),
+                pulses_alone: expected.is_of_the_pulses_alone(),
+                cpu_ms: cpu_s().map(|seconds| report::micros(seconds * 1e6) * 1e-3),
                 off_us: first_of(reaction.low_us, reaction.rail_us),
                 reset_us: reaction.reset_us,
                 decided_us: first_of(reaction.disarmed_us, reaction.rail_us),
@@ -209,8 +256,12 @@ impl<W: Write> BoardRun<'_, W> {
 
     fn inject_at(&mut self, fault: &Fault, at: f64) -> Result<()> {
         let kind = InjectionKind::of(&fault.inject, self.image)?;
-        let lasts_s = fault.for_ms.map(|ms| ms * 1e-3);
-        self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts_s));
+        let lasts = |inject: &Inject| fault.for_ms.filter(|_| inject.can_end()).map(|ms| ms * 1e-3);
+        self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts(&fault.inject)));
+        if let Some(then) = &fault.then {
+            let kind = InjectionKind::of(then, self.image)?;
+            self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts(then)));
+        }
         self.schedule_stop();
         Ok(())
     }
@@ -231,26 +282,105 @@ fn first_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// What is missing from the expected reaction.
-fn missed(expect: Expected, reaction: &report::Reaction, stays: bool) -> Option<String> {
-    let Expected { reaction: expected, within_ms, decided_within_us, low_within_ms, high_ms: _ } = expect;
+/// Processor time of this process, s; `None` where the system does not say it in this file.
+pub(super) fn cpu_s() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/schedstat").ok()?;
+    Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
+}
+
+/// The reaction by what the board says of itself; `None`: one that no file can declare.
+fn says(reports: &Reports, before: Option<Status>, expected: &Expected) -> Option<Reaction> {
+    let (before, now) = (before?, reports.status?);
+    if before.state == FAULT && now == before {
+        // It is latched: only the inputs of the ticks show another fault, of those that they carry.
+        let is_seen = expected.causes.iter().any(|cause| reports.saw_fault(cause.name()));
+        return Some(if is_seen { Reaction::Fault } else { Reaction::None });
+    }
+    match now {
+        _ if now == before => Some(Reaction::None),
+        Status { state: FAULT, .. } => Some(Reaction::Fault),
+        Status { state, .. } if state == before.state => Some(Reaction::Cause),
+        _ => None,
+    }
+}
+
+/// What came of a fault.
+struct Outcome<'a> {
+    /// The outputs were on before.
+    armed: bool,
+    /// The supervisor was in the state `fault`, which keeps its cause.
+    is_latched: bool,
+    /// They are as before.
+    stays: bool,
+    /// By the board's own reports, and when they first said so, us after the effect.
+    says: Option<Reaction>,
+    said_us: Option<f64>,
+    reaction: &'a report::Reaction,
+}
+
+impl Outcome<'_> {
+    fn off_us(&self) -> Option<f64> {
+        first_of(self.reaction.low_us, self.reaction.rail_us)
+    }
+
+    /// The reaction that came; `None`: one that no file can declare.
+    fn seen(&self) -> Option<Reaction> {
+        match self.says {
+            _ if self.reaction.reset_us.is_some() => Some(Reaction::Reset),
+            _ if self.armed && self.off_us().is_some() => Some(Reaction::Off),
+            _ if !self.stays => None,
+            // Servos that are driven in the state `fault`.
+            Some(Reaction::Fault) if self.armed => None,
+            says => says,
+        }
+    }
+
+    /// When it came, us after the effect; `None`: not yet. A reset after another reaction that is allowed came with that.
+    fn us(&self, seen: Reaction, expected: &Expected) -> Option<f64> {
+        match seen {
+            Reaction::Off => self.off_us(),
+            Reaction::Reset if self.armed && expected.allows(Reaction::Off) => self.off_us(),
+            Reaction::Reset if !self.armed && expected.allows(Reaction::Fault) => {
+                self.said_us.or(self.reaction.reset_us)
+            }
+            Reaction::Reset => self.reaction.reset_us.zip(self.off_us()).map(|(reset, off)| reset.max(off)),
+            Reaction::Fault | Reaction::Cause => self.said_us.or(Some(0.0)),
+            Reaction::None => Some(0.0),
+        }
+    }
+}
+
+/// What is missing from the expected reactions.
+fn missed(expected: &Expected, outcome: &Outcome<'_>, status: Option<Status>) -> Option<String> {
+    let Expected { within_ms, decided_within_us, low_within_ms, .. } = *expected;
+    let reaction = outcome.reaction;
     let late = |us: Option<f64>, most_us: f64| us.is_none_or(|us| us > most_us);
-    let in_time = |us: Option<f64>| !late(us, within_ms * 1e3);
-    let off = first_of(reaction.low_us, reaction.rail_us);
     let ms = |us: Option<f64>| us.map_or("never".to_owned(), |us| format!("after {:.3} ms", us * 1e-3));
-    let reset = ms(reaction.reset_us);
-    let wrong = match expected {
-        Reaction::Any => None,
-        Reaction::None | Reaction::OffOrNone if reaction.reset_us.is_none() && stays => None,
-        Reaction::None => Some(format!("nothing was to happen; outputs off {}, reset {reset}", ms(off))),
-        _ if reaction.effect_s.is_none() => Some("it had no effect".into()),
-        Reaction::Off | Reaction::OffOrNone if in_time(off) => None,
-        Reaction::Off | Reaction::OffOrNone => Some(format!("outputs off {}; allowed are {within_ms} ms", ms(off))),
-        Reaction::Reset if in_time(off) && in_time(reaction.reset_us) => None,
-        Reaction::Reset => Some(format!("outputs off {}, reset {reset}; allowed are {within_ms} ms", ms(off))),
+    let says = status.map_or_else(|| "nothing".to_owned(), |status| status.to_string());
+    let came = || {
+        let (off, reset) = (ms(outcome.off_us()), ms(reaction.reset_us));
+        format!("outputs off {off}, reset {reset}, the board says {says}")
+    };
+    let allowed: Vec<&str> = expected.reactions.iter().map(|one| one.name()).collect();
+    let allowed = || format!("allowed: {} in {within_ms} ms", allowed.join(" or "));
+    let seen = outcome.seen();
+    let wrong = match seen {
+        _ if reaction.effect_s.is_none() => Some("it had no effect".to_owned()),
+        _ if expected.is_of_the_pulses_alone() => None,
+        Some(seen) if expected.allows(seen) && !late(outcome.us(seen, expected), within_ms * 1e3) => None,
+        _ => Some(format!("{}; {}", came(), allowed())),
     };
     let decided = first_of(reaction.disarmed_us, reaction.rail_us);
+    // After a reset the board has no cause.
+    let gives = |status: Status| expected.causes.iter().any(|cause| cause.0 == status.cause);
+    let needs_cause = matches!(seen, Some(Reaction::Off | Reaction::Fault | Reaction::Cause));
     wrong
+        .or_else(|| {
+            let is_wrong =
+                needs_cause && !outcome.is_latched && !expected.causes.is_empty() && !status.is_some_and(gives);
+            let names: Vec<&str> = expected.causes.iter().map(|cause| cause.name()).collect();
+            is_wrong.then(|| format!("{}; allowed causes: {}", came(), names.join(", ")))
+        })
         .or_else(|| {
             let most = decided_within_us.filter(|most| late(decided, *most))?;
             Some(format!("supply or main output off {}; allowed are {most} us", ms(decided)))

@@ -5,8 +5,8 @@ use std::io::Write;
 use anyhow::{Result, ensure};
 use stm32f4_model::{DmaMemory, FlashOperation, ResetCause, Width};
 
-use super::BoardRun;
-use super::drift::Drift;
+use super::drift::{Drift, Oscillator};
+use super::{BoardRun, IdleState};
 use crate::board::BoardModel;
 use crate::cpu::{Cpu, Machine as _, Reg};
 use crate::inject::{Injection, InjectionKind};
@@ -54,10 +54,10 @@ impl<W: Write> BoardRun<'_, W> {
         }
         let (mut board, mut memory) = self.cpu.machine_and_memory();
         match *kind {
-            InjectionKind::Flip { address, mask } => {
-                let word = board.soc.read(address, Width::Word);
-                board.soc.write(address, Width::Word, word ^ mask);
-            }
+            InjectionKind::Flip { address, mask } => ensure!(
+                board.soc.flip_bits(address, mask),
+                "the bits {mask:#x} at {address:#010x} are as before: the model has no such bits there, they are read only, or they have no clock"
+            ),
             InjectionKind::Crystal => board.soc.fail_hse(),
             InjectionKind::Trigger => board.soc.write(TIM2_CR1, Width::Word, 0),
             InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
@@ -110,7 +110,13 @@ impl<W: Write> BoardRun<'_, W> {
             }),
             Inject::CrystalDrift { to_hz, over_ms } => {
                 let from_hz = self.cpu.machine().soc.hse_hz();
-                self.drift = Some(Drift { from_s: now, until_s: now + over_ms * 1e-3, from_hz, to_hz });
+                let until_s = now + over_ms * 1e-3;
+                self.drift = Some(Drift { of: Oscillator::Crystal, from_s: now, until_s, from_hz, to_hz });
+            }
+            Inject::LsiDrift { to_hz, over_ms } => {
+                let from_hz = self.cpu.machine().soc.lsi_hz();
+                let until_s = now + over_ms * 1e-3;
+                self.drift = Some(Drift { of: Oscillator::LowSpeed, from_s: now, until_s, from_hz, to_hz });
             }
             Inject::PowerCycle { ram: Memory::Scrambled, seed } => self.scramble = Some(seed),
             Inject::FlashErase { cut_ms: Some(ms), .. } => self.cut_power(now + ms * 1e-3),
@@ -141,16 +147,27 @@ impl<W: Write> BoardRun<'_, W> {
         if let InjectionKind::Other(Inject::Rtt(_)) = kind {
             self.read_log(RttReading::new(self.options.drain));
         }
-        if let InjectionKind::Other(Inject::CrystalDrift { .. }) = kind {
+        if let InjectionKind::Other(Inject::CrystalDrift { .. } | Inject::LsiDrift { .. }) = kind {
             self.drift = None;
         }
-        let cpi = self.options.cpi;
+        if *kind == InjectionKind::Halt && self.idle == IdleState::Halted {
+            self.idle = IdleState::No;
+        }
+        let (cpi, debugger) = (self.options.cpi, self.options.debugger);
         let (mut board, mut memory) = self.cpu.machine_and_memory();
         match *kind {
             InjectionKind::Supply(_) => board.plant.hold_supply(None),
             InjectionKind::Volts(pin, _) => board.plant.release_volts(pin),
             InjectionKind::Level(pin, _) => board.plant.release(pin),
             InjectionKind::Slow(_) => board.set_cpi(cpi),
+            InjectionKind::Halt => {
+                board.scs.debugger = debugger;
+                board.soc.resume();
+            }
+            InjectionKind::LowSpeedClock(_) => {
+                let hz = lsi_hz(&board);
+                board.soc.set_lsi(hz);
+            }
             InjectionKind::Other(ref inject) => end_on_board(&mut board, inject),
             _ => {}
         }
@@ -160,11 +177,14 @@ impl<W: Write> BoardRun<'_, W> {
         Ok(())
     }
 
-    /// Follows a drift of the crystal, once a virtual millisecond.
+    /// Follows a drift of an oscillator, once a virtual millisecond.
     pub(super) fn drift(&mut self, seconds: f64) {
         let Some(drift) = self.drift else { return };
         let (mut board, mut memory) = self.cpu.machine_and_memory();
-        board.soc.set_hse_hz(drift.hz_at(seconds));
+        match drift.of {
+            Oscillator::Crystal => board.soc.set_hse_hz(drift.hz_at(seconds)),
+            Oscillator::LowSpeed => board.soc.set_lsi(drift.hz_at(seconds)),
+        }
         board.sync(&mut memory);
         drop(board);
         if seconds >= drift.until_s {
@@ -269,6 +289,10 @@ fn end_on_board(board: &mut BoardModel, inject: &Inject) {
     let supply_v = board.plant.feed().chip_supply.unwrap_or(SUPPLY_V);
     match *inject {
         Inject::CrystalHz(_) | Inject::CrystalDrift { .. } => board.soc.set_hse_hz(crystal_hz),
+        Inject::LsiDrift { .. } => {
+            let hz = lsi_hz(board);
+            board.soc.set_lsi(hz);
+        }
         Inject::Pll(_) => board.soc.set_pll_factor(1.0),
         Inject::Vdd(_) => {
             board.plant.hold_supply(None);
@@ -284,6 +308,11 @@ fn end_on_board(board: &mut BoardModel, inject: &Inject) {
         Inject::Wave(ref wave) => board.plant.release(wave.pin.0),
         _ => {}
     }
+}
+
+/// Frequency of the low speed oscillator while nothing is wrong, Hz.
+fn lsi_hz(board: &BoardModel) -> f64 {
+    board.soc.config().lsi_hz
 }
 
 /// Writes the keys where the interface is locked, as a debugger does.

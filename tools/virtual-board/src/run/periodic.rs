@@ -132,6 +132,7 @@ impl<W: Write> BoardRun<'_, W> {
     fn exchange_serial(&mut self) -> Result<()> {
         let mut board = self.cpu.machine();
         let sent = board.soc.take_serial();
+        self.reports.take(&sent);
         if let Some(serial) = &mut self.serial {
             let came = serial.exchange(&sent)?;
             if !came.is_empty() {

@@ -55,6 +55,13 @@ pub(crate) enum Inject {
     Halt,
     /// The oscillator of the watchdog gets this frequency, Hz; 0 stops it.
     Lsi(f64),
+    /// The frequency of the oscillator of the watchdog changes evenly.
+    LsiDrift {
+        /// To this frequency, Hz.
+        to_hz: f64,
+        /// In this time, ms.
+        over_ms: f64,
+    },
     /// The crystal has this frequency, Hz.
     CrystalHz(f64),
     /// The frequency of the crystal changes evenly.
@@ -191,6 +198,10 @@ impl Inject {
                 ensure!((0.1..=100.0).contains(cpi), "slow is {cpi}; allowed are 0.1 to 100 cycles an instruction");
                 Ok(())
             }
+            Inject::LsiDrift { to_hz: hz, over_ms } => {
+                Inject::Lsi(*hz).check()?;
+                positive("over_ms", *over_ms)
+            }
             Inject::Lsi(hz) => {
                 ensure!((0.0..=HIGHEST_LSI_HZ).contains(hz), "lsi is {hz}; allowed are 0 to {HIGHEST_LSI_HZ} Hz");
                 Ok(())
@@ -268,6 +279,7 @@ impl Inject {
             Inject::Slow(_) => "slow",
             Inject::Halt => "halt",
             Inject::Lsi(_) => "lsi",
+            Inject::LsiDrift { .. } => "lsi-drift",
             Inject::CrystalHz(_) => "crystal-hz",
             Inject::CrystalDrift { .. } => "crystal-drift",
             Inject::Pll(_) => "pll",
@@ -315,6 +327,9 @@ impl Inject {
                 | Inject::Volts { .. }
                 | Inject::Level { .. }
                 | Inject::Slow(_)
+                | Inject::Halt
+                | Inject::Lsi(_)
+                | Inject::LsiDrift { .. }
                 | Inject::CrystalHz(_)
                 | Inject::CrystalDrift { .. }
                 | Inject::Pll(_)
@@ -351,6 +366,7 @@ mod tests {
             ("{ crystal-hz = 8.08e6 }", "crystal-hz"),
             ("{ crystal-drift = { to_hz = 8.4e6, over_ms = 500 } }", "crystal-drift"),
             ("{ pll = 0.5 }", "pll"),
+            ("{ lsi-drift = { to_hz = 25e3, over_ms = 500 } }", "lsi-drift"),
             ("{ vdd = 2.7 }", "vdd"),
             ("{ power-cycle = { ram = \"scrambled\", seed = 7 } }", "power-cycle"),
             ("\"reset-button\"", "reset-button"),
@@ -382,6 +398,7 @@ mod tests {
             ("{ crystal-hz = 0.0 }", "allowed are 1e6 to 50e6"),
             ("{ crystal-drift = { to_hz = 8e6, over_ms = 0.0 } }", "over_ms is 0"),
             ("{ pll = -1.0 }", "allowed are 0 to 2"),
+            ("{ lsi-drift = { to_hz = 2e5, over_ms = 500.0 } }", "lsi is 200000"),
             ("{ vdd = nan }", "allowed are 0 to 4 V"),
             ("{ supply = 3300.0 }", "supply is 3300; allowed are 0 to 4 V"),
             ("{ volts = { pin = \"PA1\", volts = 1500.0 } }", "volts is 1500; allowed are 0 to 4 V"),

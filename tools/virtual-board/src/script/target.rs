@@ -20,6 +20,8 @@ pub(crate) enum Target {
     Supply,
     /// The frequency of the crystal.
     Crystal,
+    /// The frequency of the watchdog's oscillator.
+    LowSpeedOscillator,
     /// The frequency of the PLL.
     Pll,
     /// The cycles of an instruction.
@@ -44,6 +46,7 @@ impl fmt::Display for Target {
             Self::Pin(pin) => write!(f, "the pin {pin}"),
             Self::Supply => f.write_str("the supply"),
             Self::Crystal => f.write_str("the crystal"),
+            Self::LowSpeedOscillator => f.write_str("the low speed oscillator"),
             Self::Pll => f.write_str("the PLL"),
             Self::Core => f.write_str("the speed of the core"),
             Self::ResetPin => f.write_str("the reset pin"),
@@ -63,7 +66,8 @@ impl InjectionKind {
             Self::Hang(address) => Target::Function(*address),
             Self::Supply(_) => Target::Supply,
             Self::Volts(pin, _) | Self::Level(pin, _) => Target::Pin(*pin),
-            Self::Slow(_) => Target::Core,
+            Self::Slow(_) | Self::Halt => Target::Core,
+            Self::LowSpeedClock(_) | Self::Other(Inject::LsiDrift { .. }) => Target::LowSpeedOscillator,
             Self::Other(Inject::CrystalHz(_) | Inject::CrystalDrift { .. }) => Target::Crystal,
             Self::Other(Inject::Pll(_)) => Target::Pll,
             Self::Other(Inject::Vdd(_) | Inject::PowerCycle { .. }) => Target::Supply,
