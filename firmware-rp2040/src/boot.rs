@@ -5,6 +5,7 @@ use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use firmware::lamp::Shown;
 use firmware::pacing::Pacer;
 use firmware::post_mortem::LOCKOUT_STREAK;
+use firmware::pulse_check::PulseCheck;
 use firmware_rp2040::board::{BOARD, NO_FOLLOWER};
 use heapless::spsc::Queue;
 use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
@@ -91,7 +92,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     let usb = clocks::start();
     stopwatch::start();
     lamps::start();
-    let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run);
+    let Built { joint_loop, check, boot, unnamed, sensors } = build_loop(&last_run);
     let outputs = Outputs::new();
     BOARD.sync_output.set(false);
     BOARD.sync_output.make_output();
@@ -111,6 +112,8 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     let control = CONTROL.init(Control {
         joint_loop,
         outputs,
+        check,
+        refused: false,
         last_sequence: None,
         samples: samples_in,
         frames: frames_in,
@@ -177,6 +180,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
 /// The loop, the boot record, and how many sensors there are.
 struct Built {
     joint_loop: &'static mut BoardLoop,
+    check: PulseCheck,
     boot: Boot,
     /// Check sums of the generator's and the robot's parameters.
     unnamed: [u32; 2],
@@ -209,7 +213,12 @@ fn build_loop(last_run: &LastRun) -> Built {
             if let Some(last) = last_run.outputs {
                 joint_loop.start_from(last.pulses_us.map(PulseMicros));
             }
-            Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() }
+            let check = match PulseCheck::new(&parameters.robot) {
+                Ok(check) => check,
+                // The loop has built the same servo maps.
+                Err(refusal) => stay_off(Subject::Configuration, refusal),
+            };
+            Built { joint_loop, check, boot, unnamed, sensors: parameters.sensors.count() }
         }
         Err(refusal) => stay_off(Subject::Configuration, refusal),
     }

@@ -10,6 +10,7 @@
 //! - [`last_outputs`]: how the servo outputs ended, in RAM for the next boot.
 //! - [`oscillator`]: how the watchdog's oscillator is measured.
 //! - [`post_mortem`]: crash records in RAM for the next boot, and the lock-out of arming after repeated crashes.
+//! - [`pulse_check`]: a second look at the pulses, after the loop.
 //! - [`seal`]: the check sum of the program in flash.
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
@@ -24,4 +25,5 @@ pub mod liveness;
 pub mod oscillator;
 pub mod pacing;
 pub mod post_mortem;
+pub mod pulse_check;
 pub mod seal;

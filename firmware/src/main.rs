@@ -64,6 +64,7 @@ mod boot {
     use firmware::lamp::Shown;
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
+    use firmware::pulse_check::PulseCheck;
     use heapless::spsc::Queue;
     use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request, Settings};
@@ -148,7 +149,7 @@ mod boot {
         // Another chip may not bear this one's clock.
         let chip = chip::compare();
         let clock = if chip.is_ok() { clocks::start() } else { Ok(()) };
-        let Built { joint_loop, boot, unnamed, sensors } = build_loop(&last_run, reference_cal, chip, clock);
+        let Built { joint_loop, check, boot, unnamed, sensors } = build_loop(&last_run, reference_cal, chip, clock);
         let outputs = Outputs::new(urgency(&BREAK));
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
@@ -172,6 +173,8 @@ mod boot {
         let control = CONTROL.init(Control {
             joint_loop,
             outputs,
+            check,
+            refused: false,
             last_sequence: None,
             samples: samples_in,
             frames: frames_in,
@@ -243,6 +246,7 @@ mod boot {
     /// The loop, the boot record, and how many sensors there are.
     struct Built {
         joint_loop: &'static mut BoardLoop,
+        check: PulseCheck,
         boot: Boot,
         /// Check sums of the generator's and the robot's parameters.
         unnamed: [u32; 2],
@@ -280,7 +284,12 @@ mod boot {
                 if let Some(last) = last_run.outputs {
                     joint_loop.start_from(last.pulses_us.map(PulseMicros));
                 }
-                Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() }
+                let check = match PulseCheck::new(&parameters.robot) {
+                    Ok(check) => check,
+                    // The loop has built the same servo maps.
+                    Err(refusal) => stay_off(Subject::Configuration, refusal),
+                };
+                Built { joint_loop, check, boot, unnamed, sensors: parameters.sensors.count() }
             }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }

@@ -12,6 +12,7 @@ use crate::board::BOARD;
 use crate::timing::{LATE_END_US, LATE_US};
 use firmware::lamp::Shown;
 use firmware::pacing::{Pacer, since};
+use firmware::pulse_check::PulseCheck;
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
@@ -81,6 +82,9 @@ pub(super) fn dropped() -> u32 {
 pub(crate) struct Control {
     pub(crate) joint_loop: &'static mut BoardLoop,
     pub(crate) outputs: Outputs,
+    pub(crate) check: PulseCheck,
+    /// The check has refused the pulses of the last tick.
+    pub(crate) refused: bool,
     /// Number of the last sample set.
     pub(crate) last_sequence: Option<u32>,
     /// Each with its tick.
@@ -146,8 +150,13 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
     control.compared = control.compared.wrapping_add(1);
-    if !control.outputs.as_written() || !clocks::is_as_started() || !sampling::is_as_started(control.compared) {
+    if !control.outputs.as_written()
+        || !clocks::is_as_started()
+        || !sampling::is_as_started(control.compared)
+        || control.refused
+    {
         cold_path();
+        control.refused = false;
         faults = faults.with(BoardFaults::OUTPUTS);
     }
     if control.outputs.take_break() {
@@ -174,9 +183,23 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let (tick, state) = (control.joint_loop.frame().tick, control.joint_loop.state());
     match command.pulses {
         Some(_) if SHADOW => {}
-        Some(widths) => control.outputs.drive(widths),
-        None if state == SupervisorState::Fault => control.outputs.release_without_supply(),
-        None => control.outputs.release(),
+        Some(widths) if control.check.allows(widths, state == SupervisorState::Trimming) => {
+            control.outputs.drive(widths)
+        }
+        Some(_) => {
+            cold_path();
+            control.refused = true;
+            control.outputs.release_without_supply();
+        }
+        None => {
+            cold_path();
+            control.check.forget();
+            if state == SupervisorState::Fault {
+                control.outputs.release_without_supply();
+            } else {
+                control.outputs.release();
+            }
+        }
     }
     if !control.joint_loop.knows_last_pulses() {
         cold_path();
