@@ -35,6 +35,7 @@ _EXAMPLES = """examples:
   python -m footfall.body worn --help
   python -m footfall.body report --help
   python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml
+  python -m footfall.body feedback --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml
 
 All numbers are simulation; docs/body.md says what each rig is honest for."""
 
