@@ -61,7 +61,7 @@ class Law:
 
 
 #: The laws that are compared with the first one, each at two strengths. The gains of the last ones are those of a search with CMA-ES over all six, on
-#: robots of seeds from 1,000,000 on, with pushes and slopes at which none falls; it was stopped after a few generations.
+#: robots of seeds from 1,000,000 on, with pushes and slopes at which the gait falls without feedback; it was stopped after a few generations.
 LAWS: Dict[str, Law] = {
     "none": Law(),
     "reset 0.25": Law(reset=0.25),
