@@ -10,6 +10,7 @@
 //! | `certificate` | `certify`, `Certificate` |
 //! | `joint_loop` | `JointLoop`: the control loop of a board |
 //! | `capture` | `read_capture`, `Capture`: recordings of a board, and their replay |
+//! | `gate` | `Gate`: the limits of every setpoint |
 //! | `servo` | `Servo`: a hobby servo under load; servo maps of robots, volts of sensors |
 //! | `arguments` | checks of arguments, with what is allowed |
 //! | `arrays` | arrays of numpy, and the result types of the Python part |
@@ -21,6 +22,7 @@ mod capture;
 mod certificate;
 mod error;
 mod fit;
+mod gate;
 mod generator;
 mod joint_loop;
 mod recording;
@@ -39,6 +41,8 @@ mod _footfall {
     use super::certificate::{Certificate, certify};
     #[pymodule_export]
     use super::fit::{Fit, fit};
+    #[pymodule_export]
+    use super::gate::Gate;
     #[pymodule_export]
     use super::generator::{Generator, gaits};
     #[pymodule_export]

@@ -117,13 +117,52 @@ def test_energy_and_momentum_of_a_passive_body_that_floats_stay() -> None:
     assert drift(0.0005)[0] == pytest.approx(lost_j / 2.0, rel=0.1)
 
 
-def test_the_arc_rolls_without_slipping() -> None:
-    """A wheel's law: a shank that turns by an angle moves the arc's middle by the radius times the angle."""
+def test_the_foot_is_an_arc_of_its_length_and_radius() -> None:
     middle = [(x, z + DESK.shank.length_m - DESK.foot.radius_m) for x, z in arc(DESK.shank, DESK.foot)]
     radii = [math.hypot(x - DESK.foot.forward_m, z) + 0.004 for x, z in middle]
     assert np.ptp(radii) < 1e-12 and radii[0] == pytest.approx(DESK.foot.radius_m)
     length = sum(math.dist(a, b) for a, b in zip(middle, middle[1:])) * DESK.foot.radius_m / (DESK.foot.radius_m - 0.004)
     assert length == pytest.approx(DESK.foot.length_m, rel=1e-3)
+
+
+def rolled(friction: float) -> Tuple[float, float, float]:
+    """A rigid body on its feet that is turned forwards for 0.2 s: angle (rad), way of the arc's middle (m), highest speed of a contact's point (m/s)."""
+    # Rotors so heavy that the joints stand.
+    model = compiled(mjcf(DESK, "free", LIMITS, rotor_kg_m2=1e4, variation=body.Variation(friction=friction)))
+    data, jacobian = mujoco.MjData(model), np.zeros((3, model.nv))
+    foot, shank = DESK.foot, model.body("left_shank").id
+    lean = model.joint("pitch").qposadr[0]
+
+    def middle() -> float:
+        mujoco.mj_forward(model, data)
+        turned = data.xmat[shank].reshape(3, 3) @ [foot.forward_m, 0.0, foot.radius_m - DESK.shank.length_m]
+        return float(data.xpos[shank][0] + turned[0])
+
+    # Backwards first, so that the lowest point stays within the arc.
+    data.qpos[lean] = -0.15
+    mujoco.mj_forward(model, data)
+    balls = model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE
+    data.qpos[model.joint("z").qposadr[0]] -= float((data.geom_xpos[balls, 2] - model.geom_size[balls, 0]).min())
+    # Turned about the lowest point of the arc, at 1.2 rad/s.
+    mujoco.mj_forward(model, data)
+    hip, rate = data.body("trunk").xpos, 1.2
+    data.qvel[:3] = [rate * hip[2], rate * (middle() - hip[0]), rate]
+    begin, first, worst = middle(), float(data.qpos[lean]), 0.0
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        for contact in data.contact[: data.ncon]:
+            mujoco.mj_jac(model, data, jacobian, None, contact.pos, model.geom_bodyid[max(contact.geom1, contact.geom2)])
+            worst = max(worst, abs(float(jacobian[0] @ data.qvel)))
+    return float(data.qpos[lean]) - first, middle() - begin, worst
+
+
+def test_the_arc_rolls_without_slipping_on_a_floor_with_friction() -> None:
+    """A wheel's law: the arc's middle moves by the radius times the angle, and the contact's point stands."""
+    angle, way_m, worst_m_s = rolled(0.8)
+    assert angle > 0.1 and way_m == pytest.approx(DESK.foot.radius_m * angle, rel=0.01)
+    assert worst_m_s < 0.02 * way_m / 0.2, "of the speed at which it rolls"
+    angle, way_m, worst_m_s = rolled(0.01)
+    assert abs(way_m - DESK.foot.radius_m * angle) > 0.1 * abs(way_m) and worst_m_s > 0.02, "it slides where it can"
 
 
 @pytest.mark.parametrize("rig", ["boom", "free"])

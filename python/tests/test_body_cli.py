@@ -45,6 +45,11 @@ def test_a_gait_by_its_name_walks_three_metres() -> None:
     assert code == 2 and "natural-wlak" in messages
 
 
+def test_the_help_names_the_commands() -> None:
+    code, output, _ = run("--help")
+    assert code == 0 and all(f"footfall.body {name}" in output for name in ("size", "worn", "report", "search", "feedback"))
+
+
 def test_the_table_has_every_joint_and_says_that_it_is_a_simulation() -> None:
     code, output, messages = run("--rig", "hung", "--secs", 1, "--robot", "mini", "--quiet")
     assert code == 0 and messages == ""

@@ -1,6 +1,9 @@
 """The walk free in the plane: quick runs and exact ones, the search for gait and park pose, and the walk that ships. All of it is simulation."""
 
 import dataclasses
+import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +105,40 @@ def _maps(text: str) -> Any:
     with TemporaryDirectory() as folder:
         (Path(folder) / "robot.toml").write_text(text, encoding="utf-8")
         return footfall.robot(Path(folder) / "robot.toml")
+
+
+def test_the_command_writes_a_gait_and_a_robot_file_that_walk(tmp_path: Path) -> None:
+    """From the walk that ships, without a spring, with steps so small that the result is that walk."""
+    files = "--gait", str(FREE), "--robot-file", str(FREE_ROBOT), "-o", str(tmp_path / "walk.toml"), "--robot-output", str(tmp_path / "robot.toml")
+    few = "--hold 0 --secs 5.5 --generations 1 --candidates 4 --seeds 1 --jobs 1 --step 0.01 --push 0.1 --slope 0.5 --kind wide".split()
+    command = [sys.executable, "-m", "footfall.body", "search", "--rig", "free", *files, *few]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert "accepted, walks" in done.stdout and re.search("[01] of 8 fall", done.stdout) and "generation 1 of 1" in done.stderr
+    found = body.Gait.of(footfall.Generator.read(tmp_path / "walk.toml"))
+    assert found.vector() == pytest.approx(body.Gait.of(footfall.Generator.read(FREE)).vector(), abs=0.3)
+    text = (tmp_path / "robot.toml").read_text(encoding="utf-8")
+    for joint, one in _maps(FREE_ROBOT.read_text(encoding="utf-8")).items():
+        assert _maps(text)[joint]["park_rad"] == pytest.approx(one["park_rad"], abs=0.01) and text.startswith("# The robot of desk-free.toml")
+    assert "pushes to 0.1 N s, slopes to 0.5 deg" in (tmp_path / "walk.toml").read_text(encoding="utf-8")
+
+
+def test_a_search_that_still_needs_its_spring_is_no_walk(tmp_path: Path) -> None:
+    files = "--gait", str(FREE), "--robot-file", str(FREE_ROBOT), "-o", str(tmp_path / "walk.toml"), "--robot-output", str(tmp_path / "robot.toml")
+    few = "--hold 6 --secs 1 --generations 1 --candidates 4 --seeds 1 --jobs 1 --step 0.01".split()
+    command = [sys.executable, "-m", "footfall.body", "search", "--rig", "free", *files, *few]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=ROOT)
+    assert done.returncode == 1 and "still holds the lean" in done.stdout, done.stderr
+
+
+def test_a_launch_may_be_later() -> None:
+    generator = footfall.Generator.read(FREE)
+    first, later = (body.LoopDriver.pulses(generator, 4.0, robot=FREE_ROBOT, later_ms=later_ms) for later_ms in (0, 100))
+    # After the ramp of 2 s the pattern is that of 0.1 s later, which is five servo frames.
+    assert [frame.us for frame in later.frames[105:150]] == [frame.us for frame in first.frames[110:155]]
+    assert [frame.us for frame in later.frames[:100]] != [frame.us for frame in first.frames[:100]]
+    with pytest.raises(footfall.InputError, match="allowed"):
+        body.LoopDriver.pulses(generator, 4.0, later_ms=-1)
 
 
 #: The walk that ships, and its robot file.

@@ -41,7 +41,7 @@ def test_the_nominal_robot_does_what_the_page_says(short: Dict[str, Any]) -> Non
 
 def test_half_of_the_time_step_changes_ten_seconds_by_less_than_a_percent_and_a_half(short: Dict[str, Any]) -> None:
     halved = [line for line in short["rows"] if "halved" in line]
-    assert len(halved) == 2
+    assert len(halved) == len(report.HALVED) == 3
     for line in halved:
         assert line["halved"]["metres"] == pytest.approx(line["nominal"]["metres"], rel=0.015), line["options"]
         # The way is computed anew, so some digit differs; the pulses do not depend on it.
@@ -66,6 +66,23 @@ def test_the_page_has_the_walks_that_are_claimed() -> None:
     assert found["--rig boom --gait natural-walk"][0] >= 3.0
     metres, falls, stall_share = found["--rig boom --gait python/walks/desk-boom.toml"]
     assert metres >= 6.0 and falls == "0 of 20" and stall_share <= 0.35
+    for more, most_falls in (("", 0), (" --kind wide", 1), (" --push 0.15", 0), (" --push -0.15", 0)):
+        metres, falls, _ = found[report._FREE + more]
+        assert metres >= 4.0 and falls.endswith(" of 20") and int(falls.split()[0]) <= most_falls, more
+    for more in (" --slope 1", " --slope -1"):
+        metres, falls, _ = found[report._FREE + more]
+        assert metres >= 3.5 and falls in ("0 of 20", "1 of 20"), more
+
+
+def test_a_launch_at_another_phase_may_fall() -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        patch.setattr(report, "LAUNCH_SEEDS", 2)
+        found = report.launches()
+        lines = report._launch_lines(found)
+    assert [one["later_s"] for one in found] == pytest.approx([0.825 * n / 8.0 for n in range(8)], abs=0.001) and found[0]["falls"] == 0
+    falls = sum(one["falls"] for one in found)
+    assert 0 < falls < 16 and f"{falls} of 16 launches fall" in lines[0] and len(lines) == 12
 
 
 def run(*arguments: object) -> Tuple[int, str, str]:
@@ -89,6 +106,7 @@ def test_the_command_prints_the_tables_and_runs_some_lines_alone() -> None:
         (["--only", "trot"], "--rig hung"),
         (["--short", "--write", "docs/body.md"], "without --short"),
         (["--jobs", "0"], "allowed is 1 or more"),
+        (["--launches", "--short"], "--launches: it has no tables of the page"),
     ],
 )
 def test_wrong_input_is_exit_code_2_and_says_what_is_allowed(arguments: List[str], words: str) -> None:

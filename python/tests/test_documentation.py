@@ -42,7 +42,7 @@ def test_a_public_name_states_its_units(name: str, item: Any) -> None:
 def test_the_stubs_name_everything_that_exists() -> None:
     """Compares the stubs with the compiled module."""
     stubs = (Path(footfall.__file__).parent / "_footfall.pyi").read_text()
-    for kind in ("Generator", "Recording", "Conditioned", "Certificate", "Fit", "JointLoop", "Servo", "Capture"):
+    for kind in ("Generator", "Recording", "Conditioned", "Certificate", "Fit", "JointLoop", "Gate", "Servo", "Capture"):
         text = stubs.split(f"\nclass {kind}:")[1].split("\nclass ")[0].split("\ndef ")[0]
         stated = {name for name in re.findall(r"    def (\w+)\(", text) if not name.startswith("_")}
         exists = {name for name in vars(getattr(footfall, kind)) if not name.startswith("_")}

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import footfall
 from conftest import Inputs, fnv_1a
@@ -75,3 +76,28 @@ def test_sensors_and_robot_of_files(samples: Path, armed: Inputs) -> None:
     assert loop.channels == 2
     tick = loop.tick([2048, 2048], 1502)
     assert tick.validity[2:] == ["", ""] and tick.validity[1] == "good" and tick.follow_status is not None
+
+
+def test_the_gate_holds_what_the_loop_gives_and_limits_a_step(armed: Inputs) -> None:
+    codes, vrefint, button, faults = armed
+    ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
+    walking = ticks.setpoints_rad[ticks.pulses_us[:, 0] > 0]
+    setpoints, limited = footfall.Gate().limit(walking)
+    # What has passed the gate passes it again, bit for bit.
+    assert np.array_equal(setpoints, walking) and not limited.any() and np.ptp(setpoints[:, 0]) > 0.3
+    one, park = footfall.robot()["left_hip"], np.array([joint["park_rad"] for joint in footfall.robot().values()])
+    targets = np.tile(park, (1000, 1))
+    # Beyond the range.
+    targets[:, 0] = one["most_rad"] + 1.0
+    gate = footfall.Gate()
+    parts = [gate.limit(targets[:100]), gate.limit(targets[100:])]
+    moved, bits = (np.concatenate(column) for column in zip(*parts))
+    # The default robot's limits, from docs/boards.md: 500 degrees a second, 20,000 degrees a second squared.
+    rates = np.diff(np.degrees(moved[:, 0].astype(np.float64)), prepend=np.degrees(park[0])) * 1000.0
+    assert rates.max() == pytest.approx(500.0, abs=0.1) and np.abs(np.diff(rates, prepend=0.0)).max() == pytest.approx(20.0, abs=0.1)
+    assert moved[-1, 0] == pytest.approx(one["most_rad"], abs=1e-6) and moved[:, 0].max() <= one["most_rad"]
+    assert bits[0] == 0b1001 and 0b0101 in bits and bits[-1] == 0b0001, "range, with acceleration, with rate, at rest"
+    np.testing.assert_allclose(moved[:, 1:], np.broadcast_to(park[1:], (1000, 3)), atol=1e-6)
+    for wrong in (targets[:, :3], np.full((1, 4), np.nan)):
+        with pytest.raises(footfall.InputError, match="allowed"):
+            gate.limit(wrong)

@@ -205,6 +205,10 @@ class JointLoop:
     @property
     def setpoint_hash(self) -> int: ...
 
+class Gate:
+    def __new__(cls, robot: Optional[_Path] = None) -> Gate: ...
+    def limit(self, targets_rad: npt.ArrayLike) -> Tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]: ...
+
 class Servo:
     def __new__(
         cls, name: str, *, supply_v: float, us_per_rad: float = ..., band_deg: float = 5.0, stall_factor: float = 1.0

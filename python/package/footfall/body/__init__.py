@@ -7,7 +7,7 @@ measured on a robot. docs/body.md says what each rig is honest for.
 from .board import BoardDriver
 from .drivers import Driver, Frame, LoopDriver
 from .gait import Gait
-from .measures import fallen, measures, together
+from .measures import fallen, hashes, measures, together
 from .robots import DESK, MINI, ROBOTS, Foot, Robot, Segment, named, person
 from .search import Found, Task, search
 from .seeds import Variation, variation
@@ -31,6 +31,7 @@ __all__ = [
     "Trace",
     "Variation",
     "fallen",
+    "hashes",
     "measures",
     "named",
     "person",

@@ -15,7 +15,7 @@ from .board import BoardDriver
 from .by_name import named_generator
 from .drivers import LoopDriver
 from .gait import Gait
-from .measures import fallen, measures, together
+from .measures import fallen, hashes, measures, together
 from .model import RIGS
 from .plane import Plane
 from .plane import search as search_plane
@@ -35,6 +35,7 @@ _EXAMPLES = """examples:
   python -m footfall.body worn --help
   python -m footfall.body report --help
   python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml
+  python -m footfall.body feedback --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml
 
 All numbers are simulation; docs/body.md says what each rig is honest for."""
 
@@ -96,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback"), default="walk", help=_COMMANDS)
     parser.add_argument("--law", action="append", choices=tuple(feedback.LAWS), help="feedback: a law to try; may be given several times (all of them)")
-    parser.add_argument("--rig", choices=RIGS, default="boom", help="hung in the air, on a boom that holds the lean (default), or free in the plane")
+    parser.add_argument("--rig", choices=RIGS, help="hung in the air, on a boom that holds the lean (default), or free in the plane (always with feedback)")
     parser.add_argument(
         "--robot",
         default="desk",
@@ -160,7 +161,7 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
         has_fallen = fallen(body)
         if stopped is not None:
             raise FootfallError(f"the outputs went off at {trace.time_s[-1]:.2f} s or before, seed {seed}: {stopped}")
-        one = {"seed": seed, **measures(trace, has_fallen)}
+        one = {"seed": seed, **measures(trace, has_fallen), **hashes(trace)}
         # The columns of many long runs would need gigabytes; `size` alone needs them all.
         keep = trace if options.command == "size" or number == 1 else None
         found.append((keep, one))
@@ -282,25 +283,21 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
 
 
 def _feedback(options: argparse.Namespace) -> str:
-    """The table of what robots stand with each law, or with those of `--law`; 50 robots without `--seeds`."""
+    """The tables of what robots stand with each law, or with those of `--law`, and of the differences to none; 50 robots without `--seeds`."""
     robot, gait, seeds = named(options.robot), Gait.of(named_generator(options.gait)), range(1, (options.seeds or 50) + 1)
     heel = feedback.heel_phase(gait, robot, options.robot_file)
-    rows, names = [], options.law or list(feedback.LAWS)
-
-    def line(row: Dict[str, Any]) -> str:
-        cells = [row[what] for what in ("forwards_ns", "backwards_ns", "up_deg", "down_deg")]
-        return f"{row['law']:24}" + "".join(f"{f'{mean:.2f} ({low:.2f} to {high:.2f})':>22}" for mean, low, high in cells)
-
-    for name in names:
-        stood = feedback.limits(gait, robot, options.robot_file, feedback.LAWS[name], seeds, options.kind, heel_cycles=heel, seconds=options.secs)
-        rows.append({"law": name, **{what: feedback.interval(values) for what, values in vars(stood).items()}})
+    names = ["none", *(name for name in options.law or feedback.LAWS if name != "none")]
+    stood: Dict[str, feedback.Limits] = {}
+    for name in dict.fromkeys(names):
+        stood[name] = feedback.limits(gait, robot, options.robot_file, feedback.LAWS[name], seeds, options.kind, heel_cycles=heel, seconds=options.secs)
         if not options.quiet:
-            print(f"law {len(rows)} of {len(names)}: {line(rows[-1])}", file=sys.stderr, flush=True)
+            lines = feedback.row(name, stood[name]), feedback.gain_row(name, stood[name], stood["none"])
+            print(f"law {len(stood)} of {len(dict.fromkeys(names))}, and its differences to none:", *lines, sep="\n", file=sys.stderr, flush=True)
     if options.json:
-        return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": rows})
-    lines = [f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s; mean (95 % interval, bootstrap); simulation, not shown on a robot"]
-    lines.append(f"{'':24}{'push forwards N s':>22}{'backwards N s':>22}{'slope up deg':>22}{'down deg':>22}")
-    return "\n".join([*lines, *map(line, rows)])
+        laws = [{"law": name, **vars(one), "gain": feedback.gain(one, stood["none"])} for name, one in stood.items()]
+        return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": laws})
+    head = f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s, left heel at {heel:.3f} cycles; simulation, not shown on a robot"
+    return "\n".join([head, "", *feedback.tables(stood)])
 
 
 def _error(text: str) -> None:
@@ -343,6 +340,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.command == "feedback":
             refused = [name for name in ("elf", "picture", "slope", "push", "servo", "supply") if getattr(options, name)]
             refused += ["speed"] if options.speed != 1.0 else []
+            refused += [f"rig {options.rig}"] if options.rig not in (None, "free") else []
             if refused:
                 raise InputError(f"--{refused[0]}: `feedback` has none; it is free in the plane, and pushes and slopes are its own")
             if options.secs <= PUSH_AT_S:
@@ -351,6 +349,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
                 raise InputError("feedback needs --gait and --robot-file: a gait that walks free in the plane, and the robot file with its park pose")
             print(_feedback(options))
             return 0
+        options.rig = options.rig or "boom"
         if options.command == "search":
             in_plane = options.rig == "free"
             none = ("elf", "picture", "json") if in_plane else ("elf", "picture", "json", "slope", "push")

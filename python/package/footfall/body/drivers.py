@@ -105,14 +105,19 @@ class LoopDriver:
         raise FootfallError(f"the control loop does not arm: its state is {self._loop.state}, the cause {self._loop.cause}")
 
     @classmethod
-    def pulses(cls, generator: Generator, seconds: float, *, robot: Optional[Path] = None) -> Pulses:
-        """The pulses of a time, s, without a body, in one call of the loop: the same ones for a generator that follows no sensor."""
+    def pulses(cls, generator: Generator, seconds: float, *, robot: Optional[Path] = None, later_ms: int = 0) -> Pulses:
+        """The pulses of a time, s, without a body, in one call of the loop: the same ones for a generator that follows no sensor.
+
+        ``later_ms``: how much later the button is held than in a run, ms.
+        """
+        if later_ms < 0:
+            raise InputError(f"later_ms = {later_ms}: allowed is 0 ms or more")
         # Armed before two seconds, as in `arm`.
-        since_power_on = np.arange(2000 + round(seconds * 1000.0)) + cls._BOOT_MS
+        since_power_on = np.arange(2000 + later_ms + round(seconds * 1000.0)) + cls._BOOT_MS
         # A sensor that moves: one that is still would be reported as stuck.
         codes = np.round(2048.0 + 300.0 * np.sin(since_power_on / 200.0)).astype(np.uint16)[:, np.newaxis]
         stop = np.where((since_power_on >= 50) & (since_power_on < 150), 1 << 1, 0)
-        button = (since_power_on >= 200) & (since_power_on < 700)
+        button = (since_power_on >= 200 + later_ms) & (since_power_on < 700 + later_ms)
         loop = JointLoop(generator, robot=robot)
         vrefint = np.full(len(codes), cls._VREFINT, dtype=np.uint16)
         ticks = loop.run(codes, vrefint, button=button, fault_bits=stop.astype(np.uint8), watchdog_hz={0: cls._WATCHDOG_HZ})

@@ -1,5 +1,6 @@
 """What a run shows: metres, steps, falls, slip, torque and speed."""
 
+import hashlib
 import math
 from typing import Any, Dict, List, Sequence
 
@@ -68,6 +69,15 @@ def measures(trace: Trace, has_fallen: bool) -> Dict[str, Any]:
         "motor_rms_nm": rms(motor),
         "speed_peak_deg_s": peak(speed),
     }
+
+
+def hashes(trace: Trace) -> Dict[str, str]:
+    """SHA-256 of the pulses (us) and of the trunk's path (m, m, rad) of a run; little endian, 64 bits."""
+
+    def of(array: Any) -> str:
+        return hashlib.sha256(np.ascontiguousarray(array, dtype="<f8").tobytes()).hexdigest()
+
+    return {"pulses_sha256": of(trace.pulses_us), "path_sha256": of(trace.trunk)}
 
 
 def together(runs: Sequence[Dict[str, Any]]) -> Dict[str, Any]:

@@ -1,7 +1,6 @@
 """Every number of docs/body.md by one command, ``python -m footfall.body report``: the runs in a list, and the tables of the page."""
 
 import argparse
-import hashlib
 import json
 import os
 import platform
@@ -20,14 +19,16 @@ from . import size
 from ._extra import MUJOCO
 from .by_name import named_generator
 from .drivers import LoopDriver
-from .measures import fallen, measures, together
+from .measures import fallen, hashes, measures, together
 from .model import STEP_S
 from .robots import named
+from .rollouts import Ride, outcomes
 from .seeds import variation
 from .simulation import Body, Trace, run
 
 _EXAMPLES = """examples:
   python -m footfall.body report --short
+  python -m footfall.body report --launches
   python -m footfall.body report --only desk-boom --json
   python -m footfall.body report --write docs/body.md
 
@@ -79,7 +80,7 @@ ROWS: Tuple[Row, ...] = (
     Row(f"{_FREE} --slope -1"),
 )
 #: Runs with half of the time step too.
-HALVED = ("--rig boom --gait natural-walk", "--rig boom --gait python/walks/desk-boom.toml")
+HALVED = ("--rig boom --gait natural-walk", "--rig boom --gait python/walks/desk-boom.toml", _FREE)
 #: Length of every run, s.
 SECS = 10.0
 #: Between these lines of the page stands what this program writes.
@@ -99,13 +100,9 @@ def one_run(row: Row, seed: int, step_s: float = STEP_S) -> Dict[str, Any]:
     if driver.stopped is not None:
         raise FootfallError(f"{row.options}, seed {seed}: the outputs went off: {driver.stopped}")
     found = measures(trace, fallen(body))
-    found.update(seed=seed, pulses_sha256=_sha256(trace.pulses_us), path_sha256=_sha256(trace.trunk))
+    found.update(seed=seed, **hashes(trace))
     found["stall_share"] = max(found["motor_rms_nm"]) / body.servos[0].servo.stall_nm
     return found
-
-
-def _sha256(array: Any) -> str:
-    return hashlib.sha256(np.ascontiguousarray(array, dtype="<f8").tobytes()).hexdigest()
 
 
 def _job(job: Tuple[Row, int, float]) -> Dict[str, Any]:
@@ -154,6 +151,32 @@ def numbers(rows: Sequence[Row], *, short: bool = False, jobs: int = 1, say: Cal
             line["all"].update(stall_share_most=max(one["stall_share"] for one in each), stall_share=_stall_share(row, line["all"]))
         lines.append(line)
     return {"simulation": True, "mujoco": MUJOCO, "numpy": np.__version__, "machine": platform.machine(), "rows": lines, "sizes": _sizes()}
+
+
+#: Launches of the walk in the plane: phases an equal part of a stride apart, the first that of all other runs; seeds 1 to N; time, s.
+LAUNCH_PHASES, LAUNCH_SEEDS, LAUNCH_SECS = 8, 6, 6.0
+
+
+def launches() -> List[Dict[str, Any]]:
+    """Quick runs of the walk in the plane with the button held later, by parts of a stride; ``later_s`` in s, ``falls`` of ``runs``: no unit."""
+    given = Row(_FREE).given
+    generator = named_generator(given.gait)
+    bodies = [Body(named(given.robot), given.rig, variation=variation(seed), robot_file=given.robot_file) for seed in range(1, LAUNCH_SEEDS + 1)]
+    found = []
+    for phase in range(LAUNCH_PHASES):
+        later_ms = round(1000.0 * generator.stride_s * phase / LAUNCH_PHASES)
+        pulses = LoopDriver.pulses(generator, LAUNCH_SECS, robot=given.robot_file, later_ms=later_ms)
+        each = outcomes([Ride(body, pulses.frames) for body in bodies], LAUNCH_SECS)
+        found.append({"later_s": later_ms / 1000.0, "runs": len(each), "falls": sum(one.fallen for one in each)})
+    return found
+
+
+def _launch_lines(found: Sequence[Dict[str, Any]]) -> List[str]:
+    """The launches as lines of text; s."""
+    falls, runs = (sum(one[name] for one in found) for name in ("falls", "runs"))
+    rows = [[f"{one['later_s']:.3f}", f"{one['falls']} of {one['runs']}"] for one in found]
+    head = f"{_FREE}, standard seeds 1 to {LAUNCH_SEEDS}, {LAUNCH_SECS:g} s, quick runs: {falls} of {runs} launches fall; simulation"
+    return [head, "", *_table(["button held later by s", "falls"], rows)]
 
 
 def _stall_share(row: Row, all_runs: Dict[str, Any]) -> float:
@@ -235,6 +258,7 @@ def main(arguments: Sequence[str]) -> int:
         allow_abbrev=False,
     )
     parser.add_argument("--short", action="store_true", help="the nominal robot alone, instead of all seeds")
+    parser.add_argument("--launches", action="store_true", help="instead of the tables: launches of the walk in the plane at other phases of its stride")
     parser.add_argument("--only", metavar="TEXT", help="only lines whose options contain this")
     parser.add_argument("--write", metavar="PAGE", help="write the tables between their marks on this page")
     parser.add_argument("--jobs", metavar="N", type=int, default=os.cpu_count() or 1, help="processes")
@@ -246,6 +270,12 @@ def main(arguments: Sequence[str]) -> int:
             raise InputError(f"--jobs {options.jobs}: allowed is 1 or more")
         if options.write and (options.short or options.only):
             raise InputError("--write: the page has every number; allowed without --short and --only")
+        if options.launches:
+            if options.short or options.only or options.write:
+                raise InputError("--launches: it has no tables of the page; allowed without --short, --only and --write")
+            found_launches = launches()
+            print(json.dumps({"simulation": True, "launches": found_launches}) if options.json else "\n".join(_launch_lines(found_launches)), flush=True)
+            return 0
         rows = [row for row in ROWS if options.only is None or options.only in row.options]
         if not rows:
             raise InputError(f"--only '{options.only}': no line has this in its options; they are {'; '.join(row.options for row in ROWS)}")

@@ -135,7 +135,6 @@ class Body:
         free = {"hung": (), "boom": ("x", "z"), "free": ("x", "z", "pitch")}[rig]
         self.trunk_places = {name: self.model.joint(name).qposadr[0] for name in free}
         self.park_rad = [maps[joint]["park_rad"] for joint in JOINTS]
-        self.limits_rad = [[maps[joint][end] for joint in JOINTS] for end in ("least_rad", "most_rad")]
         pose = [maps[joint]["park_rad"] + math.radians(variation.pose_deg[place]) for place, joint in enumerate(JOINTS)]
         self._held_lean = 0.0 if rig == "free" else math.radians(variation.pitch_deg)
         self._stand(pose, math.radians(variation.pitch_deg))

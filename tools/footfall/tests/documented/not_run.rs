@@ -160,16 +160,17 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "needs MuJoCo, which the steps python and python-board install: their tests run the command",
+        "needs MuJoCo, which the steps python and python-board install: their tests run each command, on fewer robots, shorter or once where it takes minutes",
         &[
             "python -m footfall.body --rig boom --secs 10",
             "python -m footfall.body --rig boom --seeds 20 --picture walk.png",
             "python -m footfall.body --rig hung",
             "python -m footfall.body --rig boom --gait samples/generator.toml",
             "python -m footfall.body --rig boom --gait python/walks/desk-boom.toml --picture walk.gif",
-            "python -m footfall.body size --gait natural-walk --gait human-walk --speed 0.8,1,1.2",
+            "python -m footfall.body size --gait natural-walk --gait human-walk --gait python/walks/desk-boom.toml --speed 0.8,1,1.2",
             "python -m footfall.body size --robot person",
             "python -m footfall.body report --short",
+            "python -m footfall.body report --launches",
             "python -m footfall.body worn",
             "python -m footfall.body worn --servo DS3225 --cuff rigid --cuff 180 --event step --picture step.png",
             "python -m footfall.body worn --recording samples/walk.csv --event estop --no-rail-switch --json",
@@ -180,6 +181,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "python -m footfall.body feedback --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml",
             "python -m footfall.body --help",
             "python -m footfall.body --elf firmware.elf --robot-record robot.bin",
+            "python -m footfall.body --rig free --elf firmware.elf --robot-record free-robot.bin --generator-record free.bin --robot-file python/walks/desk-free-robot.toml --json",
         ],
     ),
     (
