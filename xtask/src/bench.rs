@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), and of each generator.
+//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), of the programs for the host (`host`), and of each generator.
 //!
 //! `cargo xtask bench oscillators` prints the gait error and the cost of each generator in one table.
 //!
@@ -8,6 +8,7 @@
 mod beside_c;
 mod board;
 mod counted;
+mod host;
 mod page;
 
 use std::fmt::Write as _;
@@ -32,6 +33,8 @@ pub(crate) enum Bench {
     },
     /// Every part of the flashed image: instructions, exact, and modelled cycles, in five set-ups; flash, RAM and stack
     Board(board::Options),
+    /// The programs for the host: the thesis' search, whole fits, readers, folders of recordings, and other programs beside them
+    Host(host::Options),
 }
 
 /// Steps that `step-cost` counts.
@@ -81,6 +84,7 @@ pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
     match bench {
         Bench::Oscillators { json } => oscillators(*json)?,
         Bench::Board(options) => board::bench(options)?,
+        Bench::Host(options) => return host::bench(options),
     }
     Ok(ExitCode::SUCCESS)
 }
