@@ -3,15 +3,17 @@
 use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
-use gait_trace::format::open::of_bytes;
+use gait_trace::format::open::{HEAD_BYTES, InRows, of_bytes};
 use gait_trace::{
     Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
 };
 use hgod_adc::Calibration;
 use joint_units::Joint;
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
-use crate::board::image::sha256;
+use crate::board::image::{sha256, sha256_of};
 use crate::failure::Failure;
 use crate::file::bounded;
 use crate::file::calibration_file::{self, WiredSensor};
@@ -184,13 +186,84 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
+/// The content of a recording: its bytes, or a large export of an oscilloscope, whose rows are read from the disk.
+#[derive(Debug)]
+pub struct Content {
+    path: PathBuf,
+    sha256: String,
+    held: Held,
+}
+
+#[derive(Debug)]
+enum Held {
+    Whole(Vec<u8>),
+    InRows { file: File, head: Vec<u8>, rows: InRows },
+}
+
+/// Opens a recording.
+///
+/// # Errors
+/// It is no regular file, is larger than allowed, or cannot be read.
+pub fn open(path: &Path) -> Result<Content, Failure> {
+    let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
+    // What is wrong with the file is found, and said, where it is read whole.
+    let large = || -> Option<(File, u64)> {
+        let length = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
+        ((HEAD_BYTES as u64)..=MAX_BYTES).contains(&length).then_some((File::open(path).ok()?, length))
+    };
+    if let Some((mut file, length)) = large() {
+        let mut head = vec![0; HEAD_BYTES];
+        let filled = file.read_exact(&mut head).is_ok();
+        if let Some(rows) = InRows::of_head(&path.display().to_string(), &head).filter(|_| filled) {
+            file.rewind().map_err(wrong)?;
+            let sha256 = sha256_of(&mut file).map_err(wrong)?;
+            messages::detail(format_args!("read {}: {length} bytes, row by row", path.display()));
+            return Ok(Content { path: path.into(), sha256, held: Held::InRows { file, head, rows } });
+        }
+    }
+    let bytes = bytes(path)?;
+    Ok(Content { path: path.into(), sha256: sha256(&bytes), held: Held::Whole(bytes) })
+}
+
+impl Content {
+    /// SHA-256 of the file.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Reads the recording.
+    ///
+    /// # Errors
+    /// The map is wrong, or the file can no longer be read. What is wrong with the recording itself is in the result.
+    pub fn parse(&mut self, settings: &ReadSettings) -> Result<Recorded, Failure> {
+        let (file, head, rows) = match &mut self.held {
+            Held::Whole(bytes) => return parse_known(&self.path, bytes, self.sha256.clone(), settings),
+            Held::InRows { file, head, rows } => (file, head, rows),
+        };
+        let name = self.path.display().to_string();
+        let joints = match rows.read(&name, file, &settings.options()?) {
+            Ok(None) => return parse(&self.path, &bytes(&self.path)?, settings),
+            Ok(Some(joints)) => Ok(joints),
+            Err(error) => Err(error),
+        };
+        let conversion = Conversion::of_bytes(head).map_err(|why| Failure::input(format!("{name}: {why}")))?;
+        Ok(Recorded { name, sha256: self.sha256.clone(), joints, conversion })
+    }
+}
+
 /// Reads a recording from its bytes.
 ///
 /// # Errors
 /// The map is wrong. What is wrong with the recording itself is in the result.
 pub fn parse(path: &Path, bytes: &[u8], settings: &ReadSettings) -> Result<Recorded, Failure> {
+    parse_known(path, bytes, sha256(bytes), settings)
+}
+
+/// The same, with the SHA-256 of the bytes.
+fn parse_known(path: &Path, bytes: &[u8], sha256: String, settings: &ReadSettings) -> Result<Recorded, Failure> {
     let name = path.display().to_string();
     let joints = of_bytes(&name, bytes, &settings.options()?);
     let conversion = Conversion::of_bytes(bytes).map_err(|why| Failure::input(format!("{name}: {why}")))?;
-    Ok(Recorded { name, sha256: sha256(bytes), joints, conversion })
+    Ok(Recorded { name, sha256, joints, conversion })
 }

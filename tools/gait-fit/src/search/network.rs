@@ -140,19 +140,28 @@ impl<V: Copy> Field<V> {
             two: l.splat(L::scalar(2.0)),
         }
     }
+}
 
-    #[inline(always)]
-    fn acceleration<L: Lanes<Vector = V>>(&self, l: L, x: &[V; 4], v: &[V; 4]) -> [V; 4] {
-        let mut a = *x;
-        for i in 0..4 {
-            let damping = l.sub_mul(self.damping[i], l.mul(v[i], v[i]), self.cubic[i]);
-            let mut sum = l.sub_mul(l.mul(damping, v[i]), x[i], self.spring[i]);
-            sum = l.sub_mul(sum, v[OTHER_SIDE[i]], self.difference[i]);
+/// The acceleration of each joint, for several vectors of individuals side by side.
+#[inline(always)]
+fn accelerations<L: Lanes, const G: usize>(
+    l: L,
+    fields: &[Field<L::Vector>; G],
+    x: &[[L::Vector; 4]; G],
+    v: &[[L::Vector; 4]; G],
+) -> [[L::Vector; 4]; G] {
+    let mut a = *x;
+    for i in 0..4 {
+        for g in 0..G {
+            let (field, x, v) = (&fields[g], &x[g], &v[g]);
+            let damping = l.sub_mul(field.damping[i], l.mul(v[i], v[i]), field.cubic[i]);
+            let mut sum = l.sub_mul(l.mul(damping, v[i]), x[i], field.spring[i]);
+            sum = l.sub_mul(sum, v[OTHER_SIDE[i]], field.difference[i]);
             let m = SAME_LEG[i];
-            a[i] = l.mul_add(l.mul(v[m], x[m]), self.product[i], sum);
+            a[g][i] = l.mul_add(l.mul(v[m], x[m]), field.product[i], sum);
         }
-        a
     }
+    a
 }
 
 /// Displacement in degrees and velocity in degrees per half a step.
@@ -185,40 +194,59 @@ impl<V: Copy> Pair<V> {
         }
     }
 
-    /// One step. In units of half a step, with k the acceleration at each stage:
-    ///
-    /// ```text
-    /// stage 2: x + v, v + k1;   3: x + v + k1, v + k2;   4: x + 2 (v + k2), v + 2 k3
-    /// x <- x + 2 v + (k1 + k2 + k3) 2/3,   v <- v + (k1 + 2 k2 + 2 k3 + k4) / 3
-    /// ```
+    /// One step, as [`step`] does it.
     #[inline(always)]
     pub fn step<L: Lanes<Vector = V>>(&mut self, l: L, field: &Field<V>) {
-        let Pair { x, v } = *self;
-        let k1 = field.acceleration(l, &x, &v);
-        let (mut x2, mut v2) = (x, v);
-        for i in 0..4 {
-            x2[i] = l.add(x[i], v[i]);
-            v2[i] = l.add(v[i], k1[i]);
+        step(l, std::array::from_mut(self), std::array::from_ref(field));
+    }
+}
+
+/// One step of several vectors of individuals. In units of half a step, with k the acceleration at each stage:
+///
+/// ```text
+/// stage 2: x + v, v + k1;   3: x + v + k1, v + k2;   4: x + 2 (v + k2), v + 2 k3
+/// x <- x + 2 v + (k1 + k2 + k3) 2/3,   v <- v + (k1 + 2 k2 + 2 k3 + k4) / 3
+/// ```
+///
+/// The vectors take turns operation by operation: a processor looks ahead by fewer instructions than a step has, so that of two steps one
+/// behind the other it would find the second too late to fill the waits of the first.
+#[inline(always)]
+pub fn step<L: Lanes, const G: usize>(l: L, states: &mut [Pair<L::Vector>; G], fields: &[Field<L::Vector>; G]) {
+    let x: [[L::Vector; 4]; G] = std::array::from_fn(|g| states[g].x);
+    let v: [[L::Vector; 4]; G] = std::array::from_fn(|g| states[g].v);
+    let k1 = accelerations(l, fields, &x, &v);
+    let (mut x2, mut v2) = (x, v);
+    for i in 0..4 {
+        for g in 0..G {
+            x2[g][i] = l.add(x[g][i], v[g][i]);
+            v2[g][i] = l.add(v[g][i], k1[g][i]);
         }
-        let k2 = field.acceleration(l, &x2, &v2);
-        let (mut x3, mut v3) = (x, v);
-        for i in 0..4 {
-            x3[i] = l.add(x2[i], k1[i]);
-            v3[i] = l.add(v[i], k2[i]);
+    }
+    let k2 = accelerations(l, fields, &x2, &v2);
+    let (mut x3, mut v3) = (x, v);
+    for i in 0..4 {
+        for g in 0..G {
+            x3[g][i] = l.add(x2[g][i], k1[g][i]);
+            v3[g][i] = l.add(v[g][i], k2[g][i]);
         }
-        let k3 = field.acceleration(l, &x3, &v3);
-        let (mut x4, mut v4) = (x, v);
-        for i in 0..4 {
-            x4[i] = l.mul_add(field.two, v3[i], x[i]);
-            v4[i] = l.mul_add(field.two, k3[i], v[i]);
+    }
+    let k3 = accelerations(l, fields, &x3, &v3);
+    let (mut x4, mut v4) = (x, v);
+    for i in 0..4 {
+        for g in 0..G {
+            x4[g][i] = l.mul_add(fields[g].two, v3[g][i], x[g][i]);
+            v4[g][i] = l.mul_add(fields[g].two, k3[g][i], v[g][i]);
         }
-        let k4 = field.acceleration(l, &x4, &v4);
-        for i in 0..4 {
-            let middle = l.add(k2[i], k3[i]);
-            let first = l.add(k1[i], middle);
-            let all = l.add(l.add(first, middle), k4[i]);
-            self.x[i] = l.mul_add(first, field.two_thirds, l.mul_add(field.two, v[i], x[i]));
-            self.v[i] = l.mul_add(all, field.third, v[i]);
+    }
+    let k4 = accelerations(l, fields, &x4, &v4);
+    for i in 0..4 {
+        for g in 0..G {
+            let middle = l.add(k2[g][i], k3[g][i]);
+            let first = l.add(k1[g][i], middle);
+            let all = l.add(l.add(first, middle), k4[g][i]);
+            let moved = l.mul_add(fields[g].two, v[g][i], x[g][i]);
+            states[g].x[i] = l.mul_add(first, fields[g].two_thirds, moved);
+            states[g].v[i] = l.mul_add(all, fields[g].third, v[g][i]);
         }
     }
 }
