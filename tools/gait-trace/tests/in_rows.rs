@@ -1,5 +1,9 @@
 //! Large exports of oscilloscopes are read row by row from the disk: the result is that of the whole file, bit for bit, and so is the error.
 
+#[path = "support/damage.rs"]
+mod damage;
+
+use damage::held;
 use gait_trace::format::open::{self, HEAD_BYTES, InRows};
 use gait_trace::{Axis, RawJoints, ReadOptions};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
@@ -59,6 +63,8 @@ fn rows_from_the_disk_are_those_of_the_whole_file() {
         (with(b"1e999,1,1\n"), false),
         (with(b"2.5,1\0,1\n"), false),
         (with(b"2.5,\xff,1\n"), false),
+        // A fault of the text is reported before that of a row above it.
+        ([with(b"2.5,abc,1\n").as_slice(), b"3,1\0,1\n"].concat(), false),
         (with("2.5,\u{2212}1,\u{e9}\n".as_bytes()), true),
         (with(&[b"2.5,1,".as_slice(), &vec![b'7'; 1 << 20], b"\n"].concat()), false),
     ];
@@ -91,4 +97,26 @@ fn other_files_are_read_whole() {
     assert!(InRows::of_head("a.csv", &old.as_bytes()[..HEAD_BYTES]).is_none());
     let motion = export.replacen("TIME,CH1,CH2\n", "TIME,CH1,CH2\nendheader\n", 1);
     assert!(InRows::of_head("a.csv", &motion.as_bytes()[..HEAD_BYTES]).is_none());
+}
+
+/// What is read takes 16 bytes a row, twice as much while a vector grows, and the blocks a few megabytes; the other channels take nothing.
+#[test]
+fn a_large_export_takes_little_memory() {
+    let channels: Vec<String> = (1..=12).map(|n| format!("CH{n}")).collect();
+    let mut text = format!("Model,MDO3024\nRecord Length,200000\nVertical Units,V\nTIME,{}\n", channels.join(","));
+    for row in 0..200_000 {
+        write!(text, "{:.5}", f64::from(row) * 1e-5).unwrap();
+        (0..12).for_each(|channel| write!(text, ",{:.4}", 1.0 + f64::from((row + channel) % 1000) / 1000.0).unwrap());
+        text.push('\n');
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("knee.csv");
+    std::fs::write(&path, &text).unwrap();
+    let calibration = calibration();
+    let mut how = ReadOptions { calibration: Some(&calibration), ..ReadOptions::default() };
+    how.add_map("left_knee=CH5").unwrap();
+    let (raw, bytes) = held(|| open::read(&path, &how));
+    assert_eq!(raw.unwrap().time_s.len(), 200_000);
+    let most = (5 << 20) + 2 * 16 * 200_000;
+    assert!(most < text.len() as isize && bytes < most, "{bytes} bytes for a file of {}", text.len());
 }

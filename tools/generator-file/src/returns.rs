@@ -43,7 +43,7 @@ const CHECKS: f64 = 40.0;
 /// Lost kicks after which no more are counted.
 const ENOUGH_LOST: usize = 20;
 /// Kicks that are tried side by side.
-const KICKS_AT_A_TIME: usize = 32;
+const KICKS_AT_A_TIME: usize = 8;
 
 /// The orbit of a generator, and whether it comes back to it.
 #[derive(Debug, Clone, Serialize)]
@@ -97,7 +97,7 @@ impl Default for Return {
 /// It does not, or cannot be built; the text says why.
 pub fn comes_back(set: &GeneratorSet, starts: u32) -> Result<Return, String> {
     let Some(settled) = Subject::Set(set.clone()).motion()? else { return Ok(Return::default()) };
-    let found = Return::of(&settled, starts, &mut |_| ());
+    let found = Return::until_refused(&settled, starts);
     match &found.verdict {
         Some(verdict) => Err(in_words(verdict)),
         None => Ok(found),
@@ -113,7 +113,17 @@ pub(crate) fn in_words((status, why): &Verdict) -> String {
 }
 
 impl Return {
+    /// All measurements.
     pub(crate) fn of(settled: &Settled, starts: u32, progress: &mut dyn FnMut(&str)) -> Self {
+        Self::measured(settled, starts, true, progress)
+    }
+
+    /// Without the random starts if kicks are lost: the verdict is that of all measurements.
+    fn until_refused(settled: &Settled, starts: u32) -> Self {
+        Self::measured(settled, starts, false, &mut |_| ())
+    }
+
+    fn measured(settled: &Settled, starts: u32, all: bool, progress: &mut dyn FnMut(&str)) -> Self {
         let mut found = Self {
             quasi_periodic: matches!(settled.motion, Motion::QuasiPeriodic),
             oscillates: matches!(settled.motion, Motion::QuasiPeriodic | Motion::Periodic(_)),
@@ -143,10 +153,16 @@ impl Return {
         found.kicks = kicked.tried;
         found.settling_s = kicked.lost.is_empty().then_some(kicked.settling / orbit.steps * orbit.period_s);
         found.kicks_lost = kicked.lost;
+        found.verdict = found.loses_kicks();
+        if found.verdict.is_some() && !all {
+            return found;
+        }
         progress("random starts");
         let scattered = scatter(model, orbit, starts);
         (found.starts, found.converged, found.diverged) = (starts, scattered.arrived, scattered.at_bound);
-        found.verdict = found.loses_kicks_or_starts();
+        if found.verdict.is_none() {
+            found.verdict = found.loses_starts();
+        }
         found
     }
 
@@ -165,20 +181,21 @@ impl Return {
         })
     }
 
-    fn loses_kicks_or_starts(&self) -> Option<Verdict> {
-        if let Some(first) = self.kicks_lost.first() {
-            let Lost { kick, first: from, last, at_bound, .. } = first;
-            let end = match at_bound {
-                true => "a state reaches its bound".to_string(),
-                false => format!("{last:.2} after {RETURN_STRIDES} strides"),
-            };
-            let why = format!(
-                "{} of {}, the first is {kick}: {from:.2} amplitudes from the orbit, {end}",
-                self.kicks_lost.len(),
-                self.kicks
-            );
-            return Some((CertificateStatus::KicksDoNotReturn, Some(why)));
-        }
+    fn loses_kicks(&self) -> Option<Verdict> {
+        let Lost { kick, first: from, last, at_bound, .. } = self.kicks_lost.first()?;
+        let end = match at_bound {
+            true => "a state reaches its bound".to_string(),
+            false => format!("{last:.2} after {RETURN_STRIDES} strides"),
+        };
+        let why = format!(
+            "{} of {}, the first is {kick}: {from:.2} amplitudes from the orbit, {end}",
+            self.kicks_lost.len(),
+            self.kicks
+        );
+        Some((CertificateStatus::KicksDoNotReturn, Some(why)))
+    }
+
+    fn loses_starts(&self) -> Option<Verdict> {
         let needed = (ARRIVING_SHARE * f64::from(self.starts)).ceil();
         (f64::from(self.converged) < needed).then(|| {
             let why = format!(
@@ -293,7 +310,7 @@ fn back(model: &mut dyn Model, orbit: &Orbit, near: f64) -> Result<f64, bool> {
     let (all, stays) = (f64::from(RETURN_STRIDES) * orbit.steps, f64::from(STAYS) * orbit.steps);
     let (mut step, mut last_outside) = (0.0, 0.0);
     while step < all + stays {
-        if orbit.distance(&model.state()) > near {
+        if orbit.is_beyond(&model.state(), near) {
             last_outside = step + every as f64;
         } else if step - last_outside > stays {
             return if last_outside <= all { Ok(last_outside) } else { Err(false) };
@@ -341,7 +358,7 @@ pub(crate) fn scatter(built: &dyn Model, orbit: &Orbit, starts: u32) -> Scattere
             if !sound {
                 break;
             }
-            near = if orbit.distance(&model.state()) < ARRIVED { near + 1 } else { 0 };
+            near = if orbit.is_beyond(&model.state(), ARRIVED) { 0 } else { near + 1 };
             if near > STAYS {
                 break;
             }

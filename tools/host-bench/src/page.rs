@@ -30,6 +30,7 @@ pub(crate) fn page(result: &Value) -> Result<String> {
         machine["lanes"],
         machine["load"],
     );
+    text += &aims(result)?;
     if result["search"].is_object() {
         text += &search(result)?;
     }
@@ -90,6 +91,62 @@ pub(crate) fn page(result: &Value) -> Result<String> {
     }
     Ok(text)
 }
+
+/// What is aimed at, and what was measured; a part that was not measured has no row.
+fn aims(result: &Value) -> Result<String> {
+    let mut text = String::from("\n## Aims\n\n| | aim | measured | |\n|---|---|---|---|\n");
+    let mut row = |what: &str, aim: String, measured: String, is_met: bool| {
+        text += &format!("| {what} | {aim} | {measured} | {} |\n", if is_met { "met" } else { "missed" });
+    };
+    let search = &result["search"];
+    for kernel in search["kernel"].as_array().map_or(&[][..], Vec::as_slice) {
+        let ratio = number(&kernel["to_floor"])?;
+        let what = format!("kernel of the search at {} ms, over the floor", kernel["step_ms"]);
+        row(&what, format!("{KERNEL_TO_FLOOR}"), format!("{ratio:.2}"), ratio <= KERNEL_TO_FLOOR);
+    }
+    let searches = search["search"].as_array().map_or(&[][..], Vec::as_slice);
+    for (step_ms, seconds) in SEARCH_S {
+        let Some(found) = searches.iter().find(|row| row["step_ms"] == step_ms && row["threads"] == 2) else {
+            continue;
+        };
+        let (clock, own) = (number(&found["seconds"])?, number(&found["own_percent"])?);
+        let floor = number(&search["floor_ns"])? * 5.0 / step_ms as f64 / 20.0;
+        let what = format!("search at {step_ms} ms on two cores, of which the floor is {floor:.2} s");
+        row(&what, format!("{seconds} s"), format!("{clock} s"), clock <= seconds);
+        let what = format!("own share of the genetic algorithm at {step_ms} ms on two cores");
+        row(&what, format!("{OWN_PERCENT} %"), format!("{own:.1} %"), own < OWN_PERCENT);
+    }
+    if let Some(seconds) = result["fit"]["with_report"]["seconds"].as_f64() {
+        row("a fit of 50 s with certificate and report", format!("{FIT_S} s"), format!("{seconds} s"), seconds < FIT_S);
+    }
+    for format in result["readers"].as_array().map_or(&[][..], Vec::as_slice) {
+        let Some(size) = format["sizes"].as_array().and_then(|sizes| sizes.last()) else { continue };
+        let (clock, processor) = (number(&size["mb_per_s"])?, number(&size["processor_mb_per_s"])?);
+        let what = format!("reader of {}", word(&format["format"]));
+        let measured = format!("{clock:.0} MB/s; {processor:.0} a second of processor time");
+        row(&what, format!("{READ_MB_PER_S} MB/s"), measured, clock >= READ_MB_PER_S);
+    }
+    if let Some([first, .., last]) = result["folder"]["counts"].as_array().map(Vec::as_slice) {
+        let growth = number(&last["peak_bytes"])? / number(&first["peak_bytes"])?;
+        let what =
+            format!("memory of a folder of {} recordings, over that of {}", last["recordings"], first["recordings"]);
+        row(&what, format!("{FOLDER_GROWTH}"), format!("{growth:.2}"), growth <= FOLDER_GROWTH);
+    }
+    Ok(text)
+}
+
+/// Largest ratio of the kernel to the floor.
+const KERNEL_TO_FLOOR: f64 = 1.18;
+/// Step in milliseconds, and longest time of the search on two cores, seconds.
+const SEARCH_S: [(u64, f64); 2] = [(1, 0.6), (5, 0.13)];
+/// Largest share of the genetic algorithm itself, percent.
+const OWN_PERCENT: f64 = 5.0;
+/// Longest time of a whole fit, seconds.
+const FIT_S: f64 = 1.0;
+/// Least speed of a reader.
+const READ_MB_PER_S: f64 = 200.0;
+/// Largest ratio of the memory of a large folder to that of a small one, which counts as flat.
+const FOLDER_GROWTH: f64 = 1.5;
 
 /// The search, and other programs.
 fn search(result: &Value) -> Result<String> {

@@ -115,11 +115,12 @@ struct Run {
 fn genetic(genes: &Genes, target: &Target, grid: Grid, seed: u64, generations: usize) -> Run {
     let mut in_evaluations = 0.0;
     let mut costs = |points: &[Vec<f64>]| -> Vec<f64> {
-        let networks: Vec<Network> = points.iter().map(|point| genes.decode(point)).collect();
+        // An evaluation is the way from genes to a cost.
         let began = Instant::now();
-        let errors = errors(&networks, target, grid, false);
+        let networks: Vec<Network> = points.iter().map(|point| genes.decode(point)).collect();
+        let costs = errors(&networks, target, grid, false).iter().map(|e| Objective::ANGLE.cost(e)).collect();
         in_evaluations += began.elapsed().as_secs_f64();
-        errors.iter().map(|e| Objective::ANGLE.cost(e)).collect()
+        costs
     };
     let mut quiet = |_| ();
     let mut evaluator = Evaluator::new(genes.count(), &mut costs, &mut quiet);

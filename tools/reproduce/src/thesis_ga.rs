@@ -180,6 +180,41 @@ mod tests {
         }
     }
 
+    /// The parents are those of a selection that computes everything in each generation, with the same random numbers.
+    #[test]
+    fn parents_are_those_of_the_whole_computation() {
+        let whole = |order: &[usize], wanted: usize, random: &mut Random| -> Vec<usize> {
+            let weights: Vec<f64> = (1..=order.len()).map(|rank| 1.0 / libm::sqrt(rank as f64)).collect();
+            let scale = wanted as f64 / weights.iter().sum::<f64>();
+            let expectations: Vec<f64> = weights.iter().map(|weight| scale * weight).collect();
+            let mut parents = vec![];
+            for (&index, expectation) in order.iter().zip(&expectations) {
+                parents.extend(std::iter::repeat_n(index, *expectation as usize));
+            }
+            let fractions: f64 = expectations.iter().map(|e| e.fract()).sum();
+            while parents.len() < wanted {
+                let mut at = random.unit() * fractions;
+                let slot = expectations.iter().position(|e| {
+                    at -= e.fract();
+                    at < 0.0
+                });
+                parents.push(order[slot.unwrap_or(order.len() - 1)]);
+            }
+            parents.truncate(wanted);
+            random.shuffle(&mut parents);
+            parents
+        };
+        for (individuals, wanted) in [(100, 176), (100, 195), (7, 3), (1, 1), (33, 64)] {
+            let selection = Selection::of(individuals, wanted);
+            let (mut a, mut b) = (Random::new(11), Random::new(11));
+            for generation in 0..200 {
+                let mut order: Vec<usize> = (0..individuals).collect();
+                order.rotate_left(generation % individuals);
+                assert_eq!(selection.parents(&order, &mut a), whole(&order, wanted, &mut b));
+            }
+        }
+    }
+
     #[test]
     fn a_child_has_one_run_of_genes_of_its_second_parent() {
         let (mut random, mut lengths) = (Random::new(1), [0; 13]);

@@ -12,6 +12,7 @@ use joint_units::Joint;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use crate::board::image::{sha256, sha256_of};
 use crate::failure::Failure;
@@ -197,7 +198,21 @@ pub struct Content {
 #[derive(Debug)]
 enum Held {
     Whole(Vec<u8>),
-    InRows { file: File, head: Vec<u8>, rows: InRows },
+    InRows { file: File, head: Vec<u8>, rows: InRows, state: State },
+}
+
+/// By what a file that changes while it is read is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct State {
+    length: u64,
+    modified: Option<SystemTime>,
+}
+
+impl State {
+    fn of(file: &File) -> std::io::Result<Self> {
+        let data = file.metadata()?;
+        Ok(Self { length: data.len(), modified: data.modified().ok() })
+    }
 }
 
 /// Opens a recording.
@@ -215,10 +230,11 @@ pub fn open(path: &Path) -> Result<Content, Failure> {
         let mut head = vec![0; HEAD_BYTES];
         let filled = file.read_exact(&mut head).is_ok();
         if let Some(rows) = InRows::of_head(&path.display().to_string(), &head).filter(|_| filled) {
+            let state = State::of(&file).map_err(wrong)?;
             file.rewind().map_err(wrong)?;
             let sha256 = sha256_of(&mut file).map_err(wrong)?;
             messages::detail(format_args!("read {}: {length} bytes, row by row", path.display()));
-            return Ok(Content { path: path.into(), sha256, held: Held::InRows { file, head, rows } });
+            return Ok(Content { path: path.into(), sha256, held: Held::InRows { file, head, rows, state } });
         }
     }
     let bytes = bytes(path)?;
@@ -235,11 +251,11 @@ impl Content {
     /// Reads the recording.
     ///
     /// # Errors
-    /// The map is wrong, or the file can no longer be read. What is wrong with the recording itself is in the result.
+    /// The map is wrong, or the file can no longer be read or has changed since it was opened. What is wrong with the recording itself is in the result.
     pub fn parse(&mut self, settings: &ReadSettings) -> Result<Recorded, Failure> {
-        let (file, head, rows) = match &mut self.held {
+        let (file, head, rows, state) = match &mut self.held {
             Held::Whole(bytes) => return parse_known(&self.path, bytes, self.sha256.clone(), settings),
-            Held::InRows { file, head, rows } => (file, head, rows),
+            Held::InRows { file, head, rows, state } => (file, head, rows, *state),
         };
         let name = self.path.display().to_string();
         let joints = match rows.read(&name, file, &settings.options()?) {
@@ -247,6 +263,11 @@ impl Content {
             Ok(Some(joints)) => Ok(joints),
             Err(error) => Err(error),
         };
+        // Its rows are read after the sum of its bytes, which would be that of another content.
+        if State::of(file).ok() != Some(state) {
+            let why = "it was written to while it was read: read it again when the program that writes it has ended";
+            return Err(Failure::input(format!("{name}: {why}")));
+        }
         let conversion = Conversion::of_bytes(head).map_err(|why| Failure::input(format!("{name}: {why}")))?;
         Ok(Recorded { name, sha256: self.sha256.clone(), joints, conversion })
     }

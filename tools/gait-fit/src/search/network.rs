@@ -250,3 +250,90 @@ pub fn step<L: Lanes, const G: usize>(l: L, states: &mut [Pair<L::Vector>; G], f
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::{Doubles, Plain, Singles};
+    use super::super::random::Random;
+    use super::*;
+    use pulp::{Arch, Simd, WithSimd};
+
+    /// Networks with different parameters near those of the thesis.
+    fn networks(count: usize) -> Vec<Network> {
+        let mut random = Random::new(2);
+        let mut near = |x: f64| x * (0.9 + 0.2 * random.unit());
+        let mut of = || {
+            let mut network = Network::default();
+            for joint in &mut network.joints {
+                *joint = Oscillator {
+                    alpha: near(0.2),
+                    p: near(1.3),
+                    mu: near(1.0),
+                    offset: 0.0,
+                    difference: near(0.1),
+                    product: near(0.1),
+                };
+            }
+            network.start_at([0.0, 0.5, 0.2, 0.7]);
+            network
+        };
+        (0..count).map(|_| of()).collect()
+    }
+
+    const STEPS: usize = 400;
+    const STEP: f64 = 0.03;
+
+    /// The bits of all states of each individual after the steps, `G` vectors in turns.
+    fn run<L: Lanes, const G: usize>(l: L, all: &[Network]) -> Vec<[u64; 8]> {
+        let mut out = vec![];
+        for part in all.chunks(G * L::WIDTH) {
+            let part: Vec<&Network> = part.iter().collect();
+            let of = |g: usize| &part[g * L::WIDTH..(g + 1) * L::WIDTH];
+            let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of(g), STEP));
+            let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of(g), STEP));
+            for _ in 0..STEPS {
+                step(l, &mut states, &fields);
+            }
+            for state in &states {
+                for lane in 0..L::WIDTH {
+                    let one = |i: usize| if i < 4 { l.lane(state.x[i], lane) } else { l.lane(state.v[i - 4], lane) };
+                    out.push(std::array::from_fn(|i| one(i).to_bits()));
+                }
+            }
+        }
+        out
+    }
+
+    /// Vectors of this machine that take turns have the bits of vectors one after the other, in f32 and in f64.
+    struct InTurns;
+
+    impl WithSimd for InTurns {
+        type Output = Vec<[u64; 8]>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let all = networks(96);
+            let singles = run::<_, 1>(Singles(simd), &all);
+            assert_eq!(run::<_, 2>(Singles(simd), &all), singles);
+            assert_eq!(run::<_, 3>(Singles(simd), &all), singles);
+            assert_eq!(run::<_, 2>(Doubles(simd), &all), run::<_, 1>(Doubles(simd), &all));
+            singles
+        }
+    }
+
+    #[test]
+    fn vectors_in_turns_have_the_bits_of_single_ones() {
+        let in_lanes = Arch::new().dispatch(InTurns);
+        let all = networks(96);
+        let plain = run::<_, 1>(Plain, &all);
+        assert_eq!(run::<_, 2>(Plain, &all), plain);
+        // In f32 and in f64 it is the same motion, which moves by about 1.
+        for (single, plain) in in_lanes.iter().zip(&plain) {
+            for (a, b) in single.iter().zip(plain) {
+                let (a, b) = (f64::from_bits(*a), f64::from_bits(*b));
+                assert!(b.is_finite() && (a - b).abs() < 1e-3, "{a} {b}");
+            }
+        }
+        // The individuals differ, or nothing was compared.
+        assert!(plain[0] != plain[1] && plain.iter().flatten().any(|bits| f64::from_bits(*bits).abs() > 0.1));
+    }
+}

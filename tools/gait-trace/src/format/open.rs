@@ -144,16 +144,7 @@ impl InRows {
         if how.axis.is_some() || how.topic.is_some() || !how.only.is_empty() {
             return Ok(None);
         }
-        let io = |error| TraceError::new(name, None, Fault::Io(error));
-        // A fault of the text is reported before any of its rows.
-        source.rewind().map_err(io)?;
-        let mut blocks = Blocks::of(&mut *source);
-        while let Some(block) = blocks.next().map_err(io)? {
-            if block.is_none() {
-                return Ok(None);
-            }
-        }
-        source.rewind().map_err(io)?;
+        source.rewind().map_err(|error| TraceError::new(name, None, Fault::Io(error)))?;
         scope::parse_blocks(name, &self.head, self.dialect, &mut Blocks::of(source), how)
     }
 }

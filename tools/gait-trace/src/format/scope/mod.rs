@@ -109,19 +109,18 @@ pub(crate) fn parse_blocks(
     blocks: &mut Blocks<impl Read>,
     how: &ReadOptions<'_>,
 ) -> Result<Option<RawJoints>, TraceError> {
-    let mut table = Table::begin(name, head, dialect, how)?;
+    let mut table = Table::begin(name, head, dialect, how);
     let mut line = 0;
     while let Some(block) = blocks.next().map_err(|error| TraceError::new(name, None, Fault::Io(error)))? {
         let Some(text) = block else { return Ok(None) };
-        let mut fields = Vec::new();
-        for row in bare_lines(text) {
-            line += 1;
-            if line > table.layout.end {
-                table.push(line, row, &mut fields)?;
-            }
+        // A fault of the text is reported before any of its rows: behind one of a row, blocks are still looked through.
+        if let Ok(rows) = &mut table
+            && let Err(error) = rows.push_block(&mut line, text)
+        {
+            table = Err(error);
         }
     }
-    table.finish(how).map(Some)
+    table?.finish(how).map(Some)
 }
 
 /// The rows that were read.
@@ -169,6 +168,18 @@ impl<'a> Table<'a> {
         let last_column = chosen.iter().map(|&(_, channel, _)| layout.channels[channel].0).fold(least, usize::max);
         let (time_s, row_lines) = (Vec::new(), RowLines::default());
         Ok(Self { name, dialect, delimiter, layout, chosen, last_column, time_s, row_lines, notes })
+    }
+
+    /// Reads the rows of a block; `line` is the last line before it.
+    fn push_block(&mut self, line: &mut u64, text: &str) -> Result<(), TraceError> {
+        let mut fields = Vec::new();
+        for row in bare_lines(text) {
+            *line += 1;
+            if *line > self.layout.end {
+                self.push(*line, row, &mut fields)?;
+            }
+        }
+        Ok(())
     }
 
     /// Reads a row below the header; `fields` is memory for its fields.
