@@ -22,7 +22,7 @@ const CORE_LIBRARIES: [&str; 9] =
     ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 11] = [
+const ENDS: [&str; 12] = [
     "audit",
     "bare-metal-example",
     "book",
@@ -30,6 +30,7 @@ const ENDS: [&str; 11] = [
     "footfall-c",
     "footfall-python",
     "footfall-tests",
+    "host-bench",
     "link-proof",
     "step-cost",
     "virtual-board",

@@ -3,7 +3,7 @@
 %   octave-cli --no-gui --quiet thesis_ga.m        (Debian: apt-get install octave octave-ga)
 %
 % A whole run of 100,000 evaluations takes an hour or more; this times a few evaluations and a small population for two
-% generations, and prints seconds per evaluation, one `name value` per line. `search_speed` of `tools/reproduce` runs it and extrapolates.
+% generations, and prints seconds per evaluation, one `name value` per line. `cargo xtask bench host` runs it.
 1;
 
 function dy = field(y, g, q)

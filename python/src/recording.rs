@@ -26,8 +26,7 @@ impl Recording {
     /// Reads a file.
     fn read(path: &Path, settings: &ReadSettings) -> PyResult<Self> {
         error::can_open(path)?;
-        let bytes = recording::bytes(path).map_err(error::failure)?;
-        let recorded = recording::parse(path, &bytes, settings).map_err(error::failure)?;
+        let recorded = recording::open(path).and_then(|mut content| content.parse(settings)).map_err(error::failure)?;
         match &recorded.joints {
             Ok(_) => Ok(Self { recorded }),
             Err(wrong) => Err(error::trace(wrong)),

@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), and of each generator.
+//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), of the programs for the host (`host`), and of each generator.
 //!
 //! `cargo xtask bench oscillators` prints the gait error and the cost of each generator in one table, `cargo xtask bench pico` the cost of a tick on the
 //! Raspberry Pi Pico.
@@ -9,6 +9,7 @@
 mod beside_c;
 mod board;
 mod counted;
+mod host;
 mod page;
 mod pico;
 
@@ -38,6 +39,8 @@ pub(crate) enum Bench {
     Board(board::Options),
     /// The image of the Raspberry Pi Pico: its size, and the cycles of a tick by function, on rp2040js
     Pico,
+    /// The programs for the host: the thesis' search, whole fits, readers, folders of recordings, and other programs beside them
+    Host(host::Options),
 }
 
 /// Steps that `step-cost` counts.
@@ -88,6 +91,7 @@ pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
         Bench::Oscillators { json } => oscillators(*json)?,
         Bench::Board(options) => board::bench(options)?,
         Bench::Pico => pico::bench()?,
+        Bench::Host(options) => return host::bench(options),
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -233,6 +233,15 @@ impl Workspace {
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
         one_program(host_build("footfall", &["footfall"]))
     }
+
+    /// The command-line program, and the one that measures it.
+    pub(crate) fn footfall_and_host_bench(&self) -> Result<[PathBuf; 2]> {
+        let build = host_build("footfall and host-bench", &["footfall", "host-bench"]);
+        eprintln!("build: {}", build.label);
+        let built: Vec<PathBuf> = progress::build(vec![build])?.into_iter().flatten().collect();
+        <[PathBuf; 2]>::try_from(built)
+            .map_err(|_| anyhow::anyhow!("cargo built other programs than the two that were asked for"))
+    }
 }
 
 /// Seals the image that cargo built and writes it to `copy`; its bytes.

@@ -39,6 +39,13 @@ pub const LEAST_HARMONICS: usize = 6;
 /// Least range of the joint with the sensor, degrees: a joint that does not move shows no phase.
 pub const LEAST_RANGE_DEG: f64 = 1.0;
 
+/// Random starts of a generator that is only compared, as in the check of the thesis' network; the certificate has more.
+const COMPARED_STARTS: u32 = 100;
+
+/// Part of the networks that the search for a thesis network simulates if it is only compared: with six times as many its error is the
+/// same within a few percent (`docs/fitting.md`), because its equations limit it and not the search.
+const COMPARED_PART: usize = 6;
+
 /// Goal for the error of hip and knee against the mean stride, degrees.
 pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];
 
@@ -350,8 +357,15 @@ pub fn fit(
             return Err(FitError::Still { file: file(), joint: joint.name(), range_deg });
         }
     }
-    let Found { mut set, history, refused_because } = of_kind(settings.generator, &mean, period_s, settings, progress);
-    let mut checked = check(&set, settings, progress);
+    // The other generators are fitted on another core meanwhile.
+    let (found, mut checked, compared) = std::thread::scope(|scope| {
+        let others = settings.compare.then(|| scope.spawn(|| compare(&mean, period_s, settings)));
+        let found = of_kind(settings.generator, &mean, period_s, settings, progress);
+        let checked = check(&found.set, settings, progress);
+        (found, checked, others.map(joined))
+    });
+    let Found { mut set, history, refused_because } = found;
+    let (compared, others) = compared.unwrap_or_default();
     let because = refused_because.or_else(|| does_not_come_back(&checked));
     let limits_cost_deg = if settings.fit_limits {
         progress("limits of the robot");
@@ -396,8 +410,6 @@ pub fn fit(
             shape.joints[0].cos_deg.len()
         ));
     }
-    let (compared, others) =
-        if settings.compare { compare(&mean, period_s, settings, progress) } else { Default::default() };
     let history = if history.is_empty() { others } else { history };
     let used = match &set {
         GeneratorSet::Shape(shape) => {
@@ -564,13 +576,13 @@ fn is_asymmetric(strides: &Strides) -> bool {
     strides.asymmetry_deg().iter().zip(ranges).any(|(difference, range)| *difference > ASYMMETRIC * range)
 }
 
+/// What a thread found.
+fn joined<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
 /// The other generators fitted to the same mean stride, and the history of the search for the thesis' parameters.
-fn compare(
-    mean: &Cycle,
-    period_s: f64,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&str),
-) -> (Vec<Compared>, Vec<(usize, f64)>) {
+fn compare(mean: &Cycle, period_s: f64, settings: &Settings) -> (Vec<Compared>, Vec<(usize, f64)>) {
     let mut all = vec![];
     let mut add = |name: String, set: &GeneratorSet, holds| {
         if let Ok(own) = generator_cycle(set) {
@@ -586,10 +598,18 @@ fn compare(
         };
         add(name, &set, None);
     }
-    let coupled = of_kind(Kind::PhaseCoupled, mean, period_s, settings, progress);
-    let holds = comes_back(&coupled.set, settings.starts).is_ok();
-    add("R1, the phase-coupled network".into(), &coupled.set, Some(holds));
-    let thesis = of_kind(Kind::Thesis, mean, period_s, settings, progress);
+    // R1 hardly uses more than one core, and the search for the thesis network waits for its slowest individual.
+    let ((coupled, holds), thesis) = std::thread::scope(|scope| {
+        let coupled = scope.spawn(|| {
+            let found = of_kind(Kind::PhaseCoupled, mean, period_s, settings, &mut |_| ());
+            let holds = comes_back(&found.set, COMPARED_STARTS).is_ok();
+            (found.set, holds)
+        });
+        let fewer = Settings { evaluations: settings.evaluations / COMPARED_PART, ..settings.clone() };
+        let thesis = of_kind(Kind::Thesis, mean, period_s, &fewer, &mut |_| ());
+        (joined(coupled), thesis)
+    });
+    add("R1, the phase-coupled network".into(), &coupled, Some(holds));
     add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
     (all, thesis.history)
 }

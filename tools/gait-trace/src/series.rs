@@ -50,9 +50,12 @@ pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
 /// The upper median, which is one of the values; 0 for no values.
 #[must_use]
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    let mut values: Vec<f64> = values.into_iter().collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Root mean square; 0 for no values.
@@ -63,15 +66,15 @@ pub fn root_mean_square(values: &[f64]) -> f64 {
 
 /// The quantile at a fraction of 0 to 1, linear between values; 0 for no values.
 pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    let place = share * sorted.len().saturating_sub(1) as f64;
+    let mut values: Vec<f64> = values.into_iter().collect();
+    let place = share * values.len().saturating_sub(1) as f64;
     let (low, part) = (place as usize, place.fract());
-    match (sorted.get(low), sorted.get(low + 1)) {
-        (Some(a), Some(b)) => a + (b - a) * part,
-        (Some(a), None) => *a,
-        _ => 0.0,
+    if low >= values.len() {
+        return 0.0;
     }
+    // In order up to there; the next value is the least of the others.
+    let (_, &mut a, above) = values.select_nth_unstable_by(low, f64::total_cmp);
+    above.iter().copied().min_by(f64::total_cmp).map_or(a, |b| a + (b - a) * part)
 }
 
 /// Largest minus smallest value; 0 for no values.

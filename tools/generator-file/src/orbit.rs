@@ -45,6 +45,10 @@ pub enum Motion {
 pub struct Orbit {
     /// States at every few steps, in amplitudes, one after the other.
     scaled: Vec<f64>,
+    /// The same numbers, one state after the other, so that many points are compared with a state at once.
+    by_state: Vec<f64>,
+    /// Parts of it, each with the points within a distance of its centre.
+    arcs: Arcs,
     /// Steps from one of them to the next.
     every: usize,
     /// Amplitude of each state: half its range, or its size if it does not move.
@@ -93,27 +97,133 @@ impl Orbit {
     pub fn nearest(&self, state: &[f64]) -> (f64, f64) {
         let n = self.dimensions();
         let here: Vec<f64> = state.iter().zip(&self.amplitude).map(|(x, a)| x / a).collect();
-        let square = |point: &[f64]| point.iter().zip(&here).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        let nearest = self.scaled.chunks_exact(n).map(square).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((place, least)) = nearest else { return (f64::INFINITY, 0.0) };
+        let Some((place, least)) = self.nearest_point(&here) else { return (f64::INFINITY, 0.0) };
         // Between points the orbit is straight.
         let points = self.scaled.len() / n;
         let point = |k: usize| &self.scaled[(k % points) * n..(k % points + 1) * n];
-        let to_segment = |from: usize| {
-            let (a, b) = (point(from), point(from + 1));
-            let along: f64 = a.iter().zip(b).zip(&here).map(|((a, b), x)| (b - a) * (x - a)).sum();
-            let length: f64 = a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum();
-            let part = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
-            let square = a.iter().zip(b).zip(&here).map(|((a, b), x)| (a + part * (b - a) - x).powi(2)).sum::<f64>();
+        let segment = |from: usize| {
+            let (part, square) = to_segment(point(from), point(from + 1), &here);
             // The last segment ends at the first point, after a shorter time than the others.
             let ends = [from % points, from % points + 1].map(|k| self.steps.min((k * self.every) as f64));
             (square, (ends[0] + part * (ends[1] - ends[0])) / self.steps)
         };
         let at = (least, (place * self.every) as f64 / self.steps);
-        let (square, part) = [to_segment(place + points - 1), to_segment(place)]
+        let (square, part) = [segment(place + points - 1), segment(place)]
             .into_iter()
             .fold(at, |best, other| if other.0 < best.0 { other } else { best });
         (square.sqrt(), part.rem_euclid(1.0))
+    }
+
+    /// Whether the distance of a state from the orbit is greater than `near`; the answer is that of [`Self::distance`], which it mostly
+    /// finds from few points.
+    #[must_use]
+    pub fn is_beyond(&self, state: &[f64], near: f64) -> bool {
+        let n = self.dimensions();
+        let points = self.scaled.len() / n;
+        let here: Vec<f64> = state.iter().zip(&self.amplitude).map(|(x, a)| x / a).collect();
+        let point = |k: usize| &self.scaled[(k % points) * n..(k % points + 1) * n];
+        let mut least = f64::INFINITY;
+        let mut place = None;
+        for from in self.arcs.about(&here, near) {
+            for k in from..=(from + ARC).min(points) {
+                let square = square(point(k), &here);
+                if square < least {
+                    (least, place) = (square, Some(k));
+                }
+            }
+        }
+        let Some(place) = place else {
+            // Every arc is further away; a state that is no number has no distance.
+            return here.iter().all(|x| x.is_finite());
+        };
+        if least < SURELY * near * near {
+            return false;
+        }
+        // If the orbit is near, the nearest of all points is among those of the arcs about the state, and a segment at it is near.
+        let is_near = |from: usize| to_segment(point(from), point(from + 1), &here).1 <= near * near / SURELY;
+        (!is_near(place + points - 1) && !is_near(place)) || self.distance(state) > near
+    }
+
+    /// The point that is nearest to a state in amplitudes, the first of several, and the square of its distance.
+    fn nearest_point(&self, here: &[f64]) -> Option<(usize, f64)> {
+        /// Points that are compared at once: their squares stay in the registers and the nearest memory.
+        const AT_ONCE: usize = 64;
+        let points = self.scaled.len() / here.len();
+        let mut nearest: Option<(usize, f64)> = None;
+        for from in (0..points).step_by(AT_ONCE) {
+            let count = AT_ONCE.min(points - from);
+            let mut squares = [0.0; AT_ONCE];
+            for (values, x) in self.by_state.chunks_exact(points).zip(here) {
+                for (square, value) in squares[..count].iter_mut().zip(&values[from..from + count]) {
+                    *square += (value - x) * (value - x);
+                }
+            }
+            for (k, square) in squares[..count].iter().enumerate() {
+                if nearest.is_none_or(|(_, least)| square.total_cmp(&least).is_lt()) {
+                    nearest = Some((from + k, *square));
+                }
+            }
+        }
+        nearest
+    }
+}
+
+/// Square of the distance of two points.
+fn square(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+/// The place on a segment that is nearest to a point, 0 to 1, and the square of its distance.
+fn to_segment(a: &[f64], b: &[f64], here: &[f64]) -> (f64, f64) {
+    let along: f64 = a.iter().zip(b).zip(here).map(|((a, b), x)| (b - a) * (x - a)).sum();
+    let length: f64 = a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum();
+    let part = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
+    (part, a.iter().zip(b).zip(here).map(|((a, b), x)| (a + part * (b - a) - x).powi(2)).sum())
+}
+
+/// Segments of an arc.
+const ARC: usize = 8;
+/// A comparison of squares is not left to the rounding: one that is decided by less is left to the distance itself.
+const SURELY: f64 = 1.0 - 1e-9;
+
+/// Arcs of an orbit, of [`ARC`] segments each.
+struct Arcs {
+    /// Centres, one state after the other.
+    centres: Vec<f64>,
+    /// Largest distance of a point from the centre of its arc.
+    radii: Vec<f64>,
+}
+
+impl Arcs {
+    fn of(scaled: &[f64], n: usize) -> Self {
+        let points = scaled.len() / n;
+        let point = |k: usize| &scaled[(k % points) * n..(k % points + 1) * n];
+        let parts: Vec<(Vec<f64>, f64)> = (0..points)
+            .step_by(ARC)
+            .map(|from| {
+                // With the first point of the next arc, which ends its last segment.
+                let own: Vec<&[f64]> = (from..=(from + ARC).min(points)).map(point).collect();
+                let centre: Vec<f64> =
+                    (0..n).map(|i| own.iter().map(|point| point[i]).sum::<f64>() / own.len() as f64).collect();
+                let radius = own.iter().map(|point| square(point, &centre)).fold(0.0, f64::max).sqrt();
+                (centre, radius)
+            })
+            .collect();
+        let centres = (0..n).flat_map(|i| parts.iter().map(move |(centre, _)| centre[i])).collect();
+        Self { centres, radii: parts.iter().map(|(_, radius)| *radius).collect() }
+    }
+
+    /// The first points of the arcs that may have a point within `near` of a state in amplitudes.
+    fn about(&self, here: &[f64], near: f64) -> impl Iterator<Item = usize> {
+        let mut squares = vec![0.0; self.radii.len()];
+        for (centres, x) in self.centres.chunks_exact(self.radii.len()).zip(here) {
+            for (square, centre) in squares.iter_mut().zip(centres) {
+                *square += (centre - x) * (centre - x);
+            }
+        }
+        let reach = move |radius: f64| (near + radius) * (near + radius) / SURELY;
+        let arcs = squares.into_iter().zip(&self.radii).enumerate();
+        arcs.filter(move |(_, (square, radius))| *square <= reach(**radius)).map(|(arc, _)| arc * ARC)
     }
 }
 
@@ -344,8 +454,11 @@ fn orbit_of(flow: &FlowMap<'_>, start: &DVector<f64>, steps: f64, map: &DMatrix<
         })
         .collect();
     let middle = low.iter().zip(&high).map(|(low, high)| 0.5 * (low + high)).collect();
-    let scaled = states.iter().flat_map(|state| state.iter().zip(&amplitude).map(|(x, a)| x / a)).collect();
-    Orbit { scaled, every, amplitude, middle, period_s: f64::NAN, steps, multipliers: multipliers(map) }
+    let scaled: Vec<f64> = states.iter().flat_map(|state| state.iter().zip(&amplitude).map(|(x, a)| x / a)).collect();
+    let n = amplitude.len();
+    let by_state = (0..n).flat_map(|i| scaled.iter().skip(i).step_by(n).copied()).collect();
+    let arcs = Arcs::of(&scaled, n);
+    Orbit { scaled, by_state, arcs, every, amplitude, middle, period_s: f64::NAN, steps, multipliers: multipliers(map) }
 }
 
 /// Sizes of the eigenvalues without the one nearest to 1, largest first: a difference along the orbit does not contract.
@@ -390,6 +503,54 @@ mod tests {
             let step = orbit.distance(&orbit.at(0.999));
             assert!(step < 1e-9, "{step}");
         }
+    }
+
+    /// The nearest point is that of a search through one point after the other, bit for bit.
+    #[test]
+    fn the_nearest_point_is_the_nearest_of_all() {
+        let set = GeneratorFile::default_of("phase-coupled").unwrap().set;
+        let Motion::Periodic(orbit) = Subject::Set(set).motion().unwrap().unwrap().motion else { panic!("an orbit") };
+        let n = orbit.dimensions();
+        let mut random = crate::random::Random(5);
+        for case in 0..2000 {
+            let mut here: Vec<f64> = (0..n).map(|_| random.within(1.5)).collect();
+            if case % 7 == 0 {
+                here = orbit.scaled[case % 50 * n..][..n].to_vec();
+            }
+            let square = |point: &[f64]| point.iter().zip(&here).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            let all = orbit.scaled.chunks_exact(n).map(square).enumerate();
+            let (place, least) = all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+            let (found, found_least) = orbit.nearest_point(&here).unwrap();
+            assert_eq!((found, found_least.to_bits()), (place, least.to_bits()), "{case}");
+        }
+    }
+
+    /// Whether a state is beyond a distance is what the distance says: far away, on the orbit, and about the distance itself.
+    #[test]
+    fn beyond_a_distance_is_what_the_distance_says() {
+        let mut orbits = 0;
+        for name in ["phase-coupled", "hopf", "van-der-pol", "matsuoka", "half-centre"] {
+            let motion = Subject::named(name).unwrap().motion().unwrap();
+            let Some(Motion::Periodic(orbit)) = motion.map(|settled| settled.motion) else { continue };
+            orbits += 1;
+            let mut random = crate::random::Random(6);
+            let mut beyond = 0;
+            for case in 0..4000 {
+                let size = [1e-9, 0.01, 0.03, 0.1, 1.0][case % 5];
+                let mut state = orbit.at(0.5 + 0.5 * random.within(1.0));
+                for (x, amplitude) in state.iter_mut().zip(&orbit.amplitude) {
+                    *x += size * random.within(1.0) * amplitude;
+                }
+                let distance = orbit.distance(&state);
+                for near in [0.05, 0.1 * size, distance, distance * (1.0 - 1e-12), distance * (1.0 + 1e-12)] {
+                    assert_eq!(orbit.is_beyond(&state, near), distance > near, "{name}, {case}: {distance} and {near}");
+                    beyond += u32::from(distance > near);
+                }
+            }
+            assert!((4000..16_000).contains(&beyond), "{name}: {beyond}");
+            assert!(!orbit.is_beyond(&vec![f64::NAN; orbit.dimensions()], 0.05));
+        }
+        assert!(orbits >= 2, "{orbits}");
     }
 
     /// A joint that is shifted alone is away from the orbit by what it is shifted; all joints shifted together are on it.

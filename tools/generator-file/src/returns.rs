@@ -4,6 +4,7 @@
 //! change between half an amplitude and a whole one. It is back when its distance from the orbit is a tenth of the
 //! first, and stays so for two periods.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::file::GeneratorSet;
@@ -39,8 +40,10 @@ pub const START_BOX: f64 = 1.5;
 const STAYS: u32 = 2;
 /// Checks of the distance in a period, after a kick.
 const CHECKS: f64 = 40.0;
-/// Lost kicks after which no more are tried.
+/// Lost kicks after which no more are counted.
 const ENOUGH_LOST: usize = 20;
+/// Kicks that are tried side by side.
+const KICKS_AT_A_TIME: usize = 8;
 
 /// The orbit of a generator, and whether it comes back to it.
 #[derive(Debug, Clone, Serialize)]
@@ -94,7 +97,7 @@ impl Default for Return {
 /// It does not, or cannot be built; the text says why.
 pub fn comes_back(set: &GeneratorSet, starts: u32) -> Result<Return, String> {
     let Some(settled) = Subject::Set(set.clone()).motion()? else { return Ok(Return::default()) };
-    let found = Return::of(&settled, starts, &mut |_| ());
+    let found = Return::until_refused(&settled, starts);
     match &found.verdict {
         Some(verdict) => Err(in_words(verdict)),
         None => Ok(found),
@@ -110,7 +113,17 @@ pub(crate) fn in_words((status, why): &Verdict) -> String {
 }
 
 impl Return {
+    /// All measurements.
     pub(crate) fn of(settled: &Settled, starts: u32, progress: &mut dyn FnMut(&str)) -> Self {
+        Self::measured(settled, starts, true, progress)
+    }
+
+    /// Without the random starts if kicks are lost: the verdict is that of all measurements.
+    fn until_refused(settled: &Settled, starts: u32) -> Self {
+        Self::measured(settled, starts, false, &mut |_| ())
+    }
+
+    fn measured(settled: &Settled, starts: u32, all: bool, progress: &mut dyn FnMut(&str)) -> Self {
         let mut found = Self {
             quasi_periodic: matches!(settled.motion, Motion::QuasiPeriodic),
             oscillates: matches!(settled.motion, Motion::QuasiPeriodic | Motion::Periodic(_)),
@@ -140,10 +153,16 @@ impl Return {
         found.kicks = kicked.tried;
         found.settling_s = kicked.lost.is_empty().then_some(kicked.settling / orbit.steps * orbit.period_s);
         found.kicks_lost = kicked.lost;
+        found.verdict = found.loses_kicks();
+        if found.verdict.is_some() && !all {
+            return found;
+        }
         progress("random starts");
         let scattered = scatter(model, orbit, starts);
         (found.starts, found.converged, found.diverged) = (starts, scattered.arrived, scattered.at_bound);
-        found.verdict = found.loses_kicks_or_starts();
+        if found.verdict.is_none() {
+            found.verdict = found.loses_starts();
+        }
         found
     }
 
@@ -162,20 +181,21 @@ impl Return {
         })
     }
 
-    fn loses_kicks_or_starts(&self) -> Option<Verdict> {
-        if let Some(first) = self.kicks_lost.first() {
-            let Lost { kick, first: from, last, at_bound, .. } = first;
-            let end = match at_bound {
-                true => "a state reaches its bound".to_string(),
-                false => format!("{last:.2} after {RETURN_STRIDES} strides"),
-            };
-            let why = format!(
-                "{} of {}, the first is {kick}: {from:.2} amplitudes from the orbit, {end}",
-                self.kicks_lost.len(),
-                self.kicks
-            );
-            return Some((CertificateStatus::KicksDoNotReturn, Some(why)));
-        }
+    fn loses_kicks(&self) -> Option<Verdict> {
+        let Lost { kick, first: from, last, at_bound, .. } = self.kicks_lost.first()?;
+        let end = match at_bound {
+            true => "a state reaches its bound".to_string(),
+            false => format!("{last:.2} after {RETURN_STRIDES} strides"),
+        };
+        let why = format!(
+            "{} of {}, the first is {kick}: {from:.2} amplitudes from the orbit, {end}",
+            self.kicks_lost.len(),
+            self.kicks
+        );
+        Some((CertificateStatus::KicksDoNotReturn, Some(why)))
+    }
+
+    fn loses_starts(&self) -> Option<Verdict> {
         let needed = (ARRIVING_SHARE * f64::from(self.starts)).ceil();
         (f64::from(self.converged) < needed).then(|| {
             let why = format!(
@@ -220,44 +240,67 @@ pub(crate) fn kicks(built: &dyn Model, orbit: &Orbit) -> Kicked {
     let mut all = Kicked::default();
     // One phase after the other, so that each state has had its turn before too many are lost.
     let single = (0..KICK_PHASES).flat_map(|phase| (0..2 * n).map(move |which| (phase, Some(which))));
-    for (phase, which) in single.chain((0..RANDOM_KICKS).map(|phase| (phase, None))) {
-        let part = f64::from(phase) / f64::from(if which.is_some() { KICK_PHASES } else { RANDOM_KICKS });
-        let mut state = orbit.at(part);
-        let mut name = match which {
-            Some(which) => {
-                let (index, up) = (which / 2, which % 2 == 0);
-                state[index] += if up { KICK } else { -KICK } * orbit.amplitude[index];
-                format!("{} {}", if up { "+0.5" } else { "-0.5" }, state_name(built, index))
-            }
-            None => {
-                let by: Vec<f64> = (0..n).map(|_| random.within(1.0)).collect();
-                let most = by.iter().fold(0.0, |most: f64, x| most.max(x.abs())).max(1e-9);
-                let size = (0.75 + random.within(0.25)) / most;
-                state.iter_mut().zip(&by).zip(&orbit.amplitude).for_each(|((x, by), a)| *x += size * by * a);
-                "at random".into()
-            }
-        };
-        name += &format!(" at {:.0} % of the period", 100.0 * part);
-        let mut model = built.copy();
-        model.set_state(&state);
-        let state = model.state();
-        let first = orbit.distance(&state);
-        all.tried += 1;
-        // Where a model of the catalogue leaps within a step, its orbit is known no better than that.
-        let near = if model.is_double() { LEFT * first } else { (LEFT * first).max(ARRIVED) };
-        match back(model.as_mut(), orbit, near) {
-            Ok(steps) => all.settling = all.settling.max(steps),
-            Err(at_bound) => {
-                let last = orbit.distance(&model.state());
-                let state = state.iter().zip(&orbit.amplitude).map(|(x, a)| x / a).collect();
-                all.lost.push(Lost { kick: name, state, first, last, at_bound });
-                if all.lost.len() >= ENOUGH_LOST {
-                    break;
+    let kicks: Vec<Kick> = single
+        .chain((0..RANDOM_KICKS).map(|phase| (phase, None)))
+        .map(|(phase, which)| {
+            let part = f64::from(phase) / f64::from(if which.is_some() { KICK_PHASES } else { RANDOM_KICKS });
+            let mut state = orbit.at(part);
+            let mut name = match which {
+                Some(which) => {
+                    let (index, up) = (which / 2, which % 2 == 0);
+                    state[index] += if up { KICK } else { -KICK } * orbit.amplitude[index];
+                    format!("{} {}", if up { "+0.5" } else { "-0.5" }, state_name(built, index))
                 }
+                None => {
+                    let by: Vec<f64> = (0..n).map(|_| random.within(1.0)).collect();
+                    let most = by.iter().fold(0.0, |most: f64, x| most.max(x.abs())).max(1e-9);
+                    let size = (0.75 + random.within(0.25)) / most;
+                    state.iter_mut().zip(&by).zip(&orbit.amplitude).for_each(|((x, by), a)| *x += size * by * a);
+                    "at random".into()
+                }
+            };
+            name += &format!(" at {:.0} % of the period", 100.0 * part);
+            Kick { name, state }
+        })
+        .collect();
+    // A block is tried at a time, so that few kicks are tried after enough are lost.
+    for block in kicks.chunks(KICKS_AT_A_TIME) {
+        let tried: Vec<Result<f64, Lost>> = block.par_iter().map(|kick| kick.tried(built, orbit)).collect();
+        for one in tried {
+            all.tried += 1;
+            match one {
+                Ok(steps) => all.settling = all.settling.max(steps),
+                Err(lost) => all.lost.push(lost),
+            }
+            if all.lost.len() >= ENOUGH_LOST {
+                return all;
             }
         }
     }
     all
+}
+
+/// A kick, and the state that it leads to.
+struct Kick {
+    name: String,
+    state: Vec<f64>,
+}
+
+impl Kick {
+    /// Steps until it is back, or why it is lost.
+    fn tried(&self, built: &dyn Model, orbit: &Orbit) -> Result<f64, Lost> {
+        let mut model = built.copy();
+        model.set_state(&self.state);
+        let state = model.state();
+        let first = orbit.distance(&state);
+        // Where a model of the catalogue leaps within a step, its orbit is known no better than that.
+        let near = if model.is_double() { LEFT * first } else { (LEFT * first).max(ARRIVED) };
+        back(model.as_mut(), orbit, near).map_err(|at_bound| {
+            let last = orbit.distance(&model.state());
+            let state = state.iter().zip(&orbit.amplitude).map(|(x, a)| x / a).collect();
+            Lost { kick: self.name.clone(), state, first, last, at_bound }
+        })
+    }
 }
 
 /// Steps until the distance is below `near` and stays so; an error if that takes more than [`RETURN_STRIDES`], or a state reaches its
@@ -267,7 +310,7 @@ fn back(model: &mut dyn Model, orbit: &Orbit, near: f64) -> Result<f64, bool> {
     let (all, stays) = (f64::from(RETURN_STRIDES) * orbit.steps, f64::from(STAYS) * orbit.steps);
     let (mut step, mut last_outside) = (0.0, 0.0);
     while step < all + stays {
-        if orbit.distance(&model.state()) > near {
+        if orbit.is_beyond(&model.state(), near) {
             last_outside = step + every as f64;
         } else if step - last_outside > stays {
             return if last_outside <= all { Ok(last_outside) } else { Err(false) };
@@ -300,12 +343,14 @@ pub(crate) struct Scattered {
 /// Starts at random states within [`START_BOX`].
 pub(crate) fn scatter(built: &dyn Model, orbit: &Orbit, starts: u32) -> Scattered {
     let mut random = Random(1);
-    let mut all = Scattered::default();
-    for _ in 0..starts {
+    let mut drawn = || -> Vec<f64> {
         let places = orbit.middle.iter().zip(&orbit.amplitude);
-        let state: Vec<f64> = places.map(|(middle, size)| middle + random.within(START_BOX) * size).collect();
+        places.map(|(middle, size)| middle + random.within(START_BOX) * size).collect()
+    };
+    let states: Vec<Vec<f64>> = (0..starts).map(|_| drawn()).collect();
+    let one = |state: &Vec<f64>| {
         let mut model = built.copy();
-        model.set_state(&state);
+        model.set_state(state);
         // Checked once a period; on the orbit if it stays for three checks.
         let (mut near, mut sound) = (0, true);
         for _ in 0..START_STRIDES {
@@ -313,13 +358,14 @@ pub(crate) fn scatter(built: &dyn Model, orbit: &Orbit, starts: u32) -> Scattere
             if !sound {
                 break;
             }
-            near = if orbit.distance(&model.state()) < ARRIVED { near + 1 } else { 0 };
+            near = if orbit.is_beyond(&model.state(), ARRIVED) { 0 } else { near + 1 };
             if near > STAYS {
                 break;
             }
         }
-        all.arrived += u32::from(near > STAYS);
-        all.at_bound += u32::from(!sound);
-    }
-    all
+        Scattered { arrived: u32::from(near > STAYS), at_bound: u32::from(!sound) }
+    };
+    let sum =
+        |a: Scattered, b: Scattered| Scattered { arrived: a.arrived + b.arrived, at_bound: a.at_bound + b.at_bound };
+    states.par_iter().map(one).reduce(Scattered::default, sum)
 }

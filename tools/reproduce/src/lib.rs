@@ -19,7 +19,6 @@
 //! |---|---|
 //! | `gait_family` | the numbers of `cpg_core::gait::family`, the tables of `docs/gaits.md` and the picture beside them |
 //! | `normative_band` | the numbers of `gait_fit::normative` |
-//! | `search_speed` | evaluations per second, beside a plain loop and GNU Octave |
 //!
 //! The fits that the product uses (CMA-ES, Levenberg-Marquardt, the orbit check) are in [`gait_fit::search`].
 //!

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::objective::{Errors, Target};
 use gait_fit::search::Network;
 use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles};
-use gait_fit::search::network::{Field, Pair};
+use gait_fit::search::network::{Field, Pair, step};
 
 /// Vectors in parallel.
 const VECTORS: usize = 2;
@@ -125,9 +125,7 @@ fn score_vectors<L: Lanes, const G: usize, const ALL: bool>(
     let mut integrals = [[zero; 4]; G];
     for (angles, rates) in target.angles.iter().zip(&target.rates) {
         for _ in 0..grid.steps_per_sample {
-            for g in 0..G {
-                states[g].step(l, &fields[g]);
-            }
+            step(l, &mut states, &fields);
         }
         let angles = angles.map(|a| l.splat(L::scalar(a)));
         let rates = rates.map(|a| l.splat(L::scalar(a)));

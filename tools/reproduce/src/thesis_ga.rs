@@ -54,13 +54,16 @@ impl ThesisGa {
         let dimensions = evaluator.dimensions();
         let mut points: Vec<Vec<f64>> = (0..self.population.max(1)).map(|_| random.point(dimensions)).collect();
         let mut costs = evaluator.costs(&points);
+        let others = self.population.saturating_sub(self.elite);
+        let crossed = ((self.crossover * others as f64).round() as usize).min(others);
+        let selection = Selection::of(points.len(), 2 * crossed + (others - crossed));
         for _ in 1..self.generations {
             if evaluator.done() {
                 return;
             }
             let mut order: Vec<usize> = (0..points.len()).collect();
             order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
-            let children = self.children(&points, &order, random);
+            let children = self.children(&points, &selection.parents(&order, random), crossed, random);
             let child_costs = evaluator.costs(&children);
             let elite = order.iter().take(self.elite);
             costs = elite.clone().map(|&i| costs[i]).chain(child_costs).collect();
@@ -71,13 +74,10 @@ impl ThesisGa {
         }
     }
 
-    /// The next generation without its elite; `order` lists the individuals, best first.
-    fn children(&self, points: &[Vec<f64>], order: &[usize], random: &mut Random) -> Vec<Vec<f64>> {
-        let others = self.population.saturating_sub(self.elite);
-        let crossed = ((self.crossover * others as f64).round() as usize).min(others);
-        let parents = remainder(order, 2 * crossed + (others - crossed), random);
+    /// The next generation without its elite: `crossed` children of two parents, and mutants of the other parents.
+    fn children(&self, points: &[Vec<f64>], parents: &[usize], crossed: usize, random: &mut Random) -> Vec<Vec<f64>> {
         let (pairs, single) = parents.split_at(2 * crossed);
-        let mut children = vec![];
+        let mut children = Vec::with_capacity(crossed + single.len());
         for pair in pairs.chunks_exact(2) {
             let mut child = two_point(&points[pair[0]], &points[pair[1]], random);
             if random.unit() < self.mutation {
@@ -102,27 +102,46 @@ impl ThesisGa {
     }
 }
 
-/// `wanted` parents in random order, by rank, with "remainder" selection.
-fn remainder(order: &[usize], wanted: usize, random: &mut Random) -> Vec<usize> {
-    let weights: Vec<f64> = (1..=order.len()).map(|rank| 1.0 / libm::sqrt(rank as f64)).collect();
-    let scale = wanted as f64 / weights.iter().sum::<f64>();
-    let expectations: Vec<f64> = weights.iter().map(|weight| scale * weight).collect();
-    let mut parents = vec![];
-    for (&index, expectation) in order.iter().zip(&expectations) {
-        parents.extend(std::iter::repeat_n(index, *expectation as usize));
+/// Selection "remainder" by rank. What it needs of the ranks is computed once, because it is the same in every generation.
+struct Selection {
+    wanted: usize,
+    /// How often each rank is a parent for certain.
+    whole: Vec<usize>,
+    /// What is left of its expectation, by which the other places are drawn.
+    fractions: Vec<f64>,
+    sum: f64,
+}
+
+impl Selection {
+    /// Of `wanted` parents among so many individuals.
+    fn of(individuals: usize, wanted: usize) -> Self {
+        let weights: Vec<f64> = (1..=individuals).map(|rank| 1.0 / libm::sqrt(rank as f64)).collect();
+        let scale = wanted as f64 / weights.iter().sum::<f64>();
+        let expectations: Vec<f64> = weights.iter().map(|weight| scale * weight).collect();
+        let whole = expectations.iter().map(|e| *e as usize).collect();
+        let fractions: Vec<f64> = expectations.iter().map(|e| e.fract()).collect();
+        let sum = fractions.iter().sum();
+        Self { wanted, whole, fractions, sum }
     }
-    let fractions: f64 = expectations.iter().map(|e| e.fract()).sum();
-    while parents.len() < wanted {
-        let mut at = random.unit() * fractions;
-        let slot = expectations.iter().position(|e| {
-            at -= e.fract();
-            at < 0.0
-        });
-        parents.push(order[slot.unwrap_or(order.len() - 1)]);
+
+    /// The parents in random order; `order` lists the individuals, best first.
+    fn parents(&self, order: &[usize], random: &mut Random) -> Vec<usize> {
+        let mut parents = Vec::with_capacity(self.wanted + 1);
+        for (&index, &times) in order.iter().zip(&self.whole) {
+            parents.extend(std::iter::repeat_n(index, times));
+        }
+        while parents.len() < self.wanted {
+            let mut at = random.unit() * self.sum;
+            let slot = self.fractions.iter().position(|fraction| {
+                at -= fraction;
+                at < 0.0
+            });
+            parents.push(order[slot.unwrap_or(order.len() - 1)]);
+        }
+        parents.truncate(self.wanted);
+        random.shuffle(&mut parents);
+        parents
     }
-    parents.truncate(wanted);
-    random.shuffle(&mut parents);
-    parents
 }
 
 /// The genes of `first` with those between two different cuts from `second`.
@@ -144,9 +163,10 @@ mod tests {
     fn parents_are_chosen_by_rank() {
         let order: Vec<usize> = (0..100).rev().collect();
         let mut random = Random::new(3);
+        let selection = Selection::of(100, 195);
         let mut counts = [0.0; 100];
         for _ in 0..4000 {
-            let parents = remainder(&order, 195, &mut random);
+            let parents = selection.parents(&order, &mut random);
             assert_eq!(parents.len(), 195);
             for parent in parents {
                 counts[parent] += 1.0 / 4000.0;
@@ -157,6 +177,41 @@ mod tests {
             let expected = 195.0 / sum / ((rank + 1) as f64).sqrt();
             assert!((counts[index] - expected).abs() < 0.08, "{rank}: {} for {expected}", counts[index]);
             assert!(counts[index] >= expected.floor());
+        }
+    }
+
+    /// The parents are those of a selection that computes everything in each generation, with the same random numbers.
+    #[test]
+    fn parents_are_those_of_the_whole_computation() {
+        let whole = |order: &[usize], wanted: usize, random: &mut Random| -> Vec<usize> {
+            let weights: Vec<f64> = (1..=order.len()).map(|rank| 1.0 / libm::sqrt(rank as f64)).collect();
+            let scale = wanted as f64 / weights.iter().sum::<f64>();
+            let expectations: Vec<f64> = weights.iter().map(|weight| scale * weight).collect();
+            let mut parents = vec![];
+            for (&index, expectation) in order.iter().zip(&expectations) {
+                parents.extend(std::iter::repeat_n(index, *expectation as usize));
+            }
+            let fractions: f64 = expectations.iter().map(|e| e.fract()).sum();
+            while parents.len() < wanted {
+                let mut at = random.unit() * fractions;
+                let slot = expectations.iter().position(|e| {
+                    at -= e.fract();
+                    at < 0.0
+                });
+                parents.push(order[slot.unwrap_or(order.len() - 1)]);
+            }
+            parents.truncate(wanted);
+            random.shuffle(&mut parents);
+            parents
+        };
+        for (individuals, wanted) in [(100, 176), (100, 195), (7, 3), (1, 1), (33, 64)] {
+            let selection = Selection::of(individuals, wanted);
+            let (mut a, mut b) = (Random::new(11), Random::new(11));
+            for generation in 0..200 {
+                let mut order: Vec<usize> = (0..individuals).collect();
+                order.rotate_left(generation % individuals);
+                assert_eq!(selection.parents(&order, &mut a), whole(&order, wanted, &mut b));
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use firmware::board::BOARDS;
 use joint_loop::SENSORS;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::board::default_loop::{SENSOR_PINS, sensor_pins};
@@ -101,8 +102,22 @@ impl Image {
 /// SHA-256, hexadecimal.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+/// SHA-256 of what a file has from its place on, hexadecimal.
+///
+/// # Errors
+/// It cannot be read.
+pub fn sha256_of(file: &mut impl io::Read) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    io::copy(file, &mut hash)?;
+    Ok(hexadecimal(&hash.finalize()))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
     let mut text = String::new();
-    for byte in Sha256::digest(bytes) {
+    for byte in bytes {
         // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
     }

@@ -54,7 +54,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     output::check_apart([out.as_path()], inputs.map(PathBuf::as_path))?;
     output::check(&out, overwrite)?;
     let settings = reading.settings(LowPass::Off)?;
-    let recorded = recording::parse(&path, &recording::bytes(&path)?, &settings)?;
+    let recorded = recording::open(&path)?.parse(&settings)?;
     let (low_pass, note) = recorded.low_pass(settings.low_pass)?;
     let raw = recorded.joints.map_err(Failure::input)?;
     // A jump is what was measured, whatever made it.

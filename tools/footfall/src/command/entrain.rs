@@ -175,7 +175,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let mut reading = reading.settings(LowPass::Off)?;
     let of_file = generator.as_ref().and_then(sensor_of);
     reading.sideless = asked.or(of_file);
-    let recorded = recording::parse(&path, &recording::bytes(&path)?, &reading)?;
+    let recorded = recording::open(&path)?.parse(&reading)?;
     let recorded_sha256 = recorded.sha256.clone();
     let (low_pass, note) = recorded.low_pass(reading.low_pass)?;
     output::notes(note);

@@ -3,15 +3,18 @@
 use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
-use gait_trace::format::open::of_bytes;
+use gait_trace::format::open::{HEAD_BYTES, InRows, of_bytes};
 use gait_trace::{
     Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
 };
 use hgod_adc::Calibration;
 use joint_units::Joint;
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
-use crate::board::image::sha256;
+use crate::board::image::{sha256, sha256_of};
 use crate::failure::Failure;
 use crate::file::bounded;
 use crate::file::calibration_file::{self, WiredSensor};
@@ -184,13 +187,104 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
+/// The content of a recording: its bytes, or a large export of an oscilloscope, whose rows are read from the disk.
+#[derive(Debug)]
+pub struct Content {
+    path: PathBuf,
+    sha256: String,
+    held: Held,
+}
+
+#[derive(Debug)]
+enum Held {
+    Whole(Vec<u8>),
+    InRows { file: File, head: Vec<u8>, rows: InRows, state: State },
+}
+
+/// By what a file that changes while it is read is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct State {
+    length: u64,
+    modified: Option<SystemTime>,
+}
+
+impl State {
+    fn of(file: &File) -> std::io::Result<Self> {
+        let data = file.metadata()?;
+        Ok(Self { length: data.len(), modified: data.modified().ok() })
+    }
+}
+
+/// Opens a recording.
+///
+/// # Errors
+/// It is no regular file, is larger than allowed, or cannot be read.
+pub fn open(path: &Path) -> Result<Content, Failure> {
+    let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
+    // What is wrong with the file is found, and said, where it is read whole.
+    let large = || -> Option<(File, u64)> {
+        let length = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
+        ((HEAD_BYTES as u64)..=MAX_BYTES).contains(&length).then_some((File::open(path).ok()?, length))
+    };
+    if let Some((mut file, length)) = large() {
+        let mut head = vec![0; HEAD_BYTES];
+        let filled = file.read_exact(&mut head).is_ok();
+        if let Some(rows) = InRows::of_head(&path.display().to_string(), &head).filter(|_| filled) {
+            let state = State::of(&file).map_err(wrong)?;
+            file.rewind().map_err(wrong)?;
+            let sha256 = sha256_of(&mut file).map_err(wrong)?;
+            messages::detail(format_args!("read {}: {length} bytes, row by row", path.display()));
+            return Ok(Content { path: path.into(), sha256, held: Held::InRows { file, head, rows, state } });
+        }
+    }
+    let bytes = bytes(path)?;
+    Ok(Content { path: path.into(), sha256: sha256(&bytes), held: Held::Whole(bytes) })
+}
+
+impl Content {
+    /// SHA-256 of the file.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Reads the recording.
+    ///
+    /// # Errors
+    /// The map is wrong, or the file can no longer be read or has changed since it was opened. What is wrong with the recording itself is in the result.
+    pub fn parse(&mut self, settings: &ReadSettings) -> Result<Recorded, Failure> {
+        let (file, head, rows, state) = match &mut self.held {
+            Held::Whole(bytes) => return parse_known(&self.path, bytes, self.sha256.clone(), settings),
+            Held::InRows { file, head, rows, state } => (file, head, rows, *state),
+        };
+        let name = self.path.display().to_string();
+        let joints = match rows.read(&name, file, &settings.options()?) {
+            Ok(None) => return parse(&self.path, &bytes(&self.path)?, settings),
+            Ok(Some(joints)) => Ok(joints),
+            Err(error) => Err(error),
+        };
+        // Its rows are read after the sum of its bytes, which would be that of another content.
+        if State::of(file).ok() != Some(state) {
+            let why = "it was written to while it was read: read it again when the program that writes it has ended";
+            return Err(Failure::input(format!("{name}: {why}")));
+        }
+        let conversion = Conversion::of_bytes(head).map_err(|why| Failure::input(format!("{name}: {why}")))?;
+        Ok(Recorded { name, sha256: self.sha256.clone(), joints, conversion })
+    }
+}
+
 /// Reads a recording from its bytes.
 ///
 /// # Errors
 /// The map is wrong. What is wrong with the recording itself is in the result.
 pub fn parse(path: &Path, bytes: &[u8], settings: &ReadSettings) -> Result<Recorded, Failure> {
+    parse_known(path, bytes, sha256(bytes), settings)
+}
+
+/// The same, with the SHA-256 of the bytes.
+fn parse_known(path: &Path, bytes: &[u8], sha256: String, settings: &ReadSettings) -> Result<Recorded, Failure> {
     let name = path.display().to_string();
     let joints = of_bytes(&name, bytes, &settings.options()?);
     let conversion = Conversion::of_bytes(bytes).map_err(|why| Failure::input(format!("{name}: {why}")))?;
-    Ok(Recorded { name, sha256: sha256(bytes), joints, conversion })
+    Ok(Recorded { name, sha256, joints, conversion })
 }

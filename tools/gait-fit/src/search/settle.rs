@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::lanes::{Lanes, Singles};
-use super::network::{Field, Network, Pair};
+use super::network::{Field, Network, Pair, step};
 use super::waveform::Sample;
 
 /// Disturbances as factors of displacements and velocities. The first pass has none.
@@ -85,9 +85,7 @@ fn passes<L: Lanes, const G: usize>(l: L, part: &[&Network], durations: Duration
         }
         let wait = if pass == 0 { durations.first_wait } else { durations.wait };
         for _ in 0..wait {
-            for g in 0..G {
-                states[g].step(l, &fields[g]);
-            }
+            step(l, &mut states, &fields);
         }
         for _ in 0..durations.samples {
             for (g, state) in states.iter().enumerate() {
@@ -99,9 +97,7 @@ fn passes<L: Lanes, const G: usize>(l: L, part: &[&Network], durations: Duration
                 }
             }
             for _ in 0..durations.steps_per_sample {
-                for g in 0..G {
-                    states[g].step(l, &fields[g]);
-                }
+                step(l, &mut states, &fields);
             }
         }
     }

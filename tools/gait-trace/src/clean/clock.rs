@@ -82,8 +82,9 @@ impl Clock {
         };
 
         let delays = raw.received.then(|| received::put_at_equal_steps(&mut times));
-        let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let median = upper_median(steps.iter().copied());
+        // Computed where they are used: a long recording has millions.
+        let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+        let median = upper_median(steps());
         if let (Cycle::Open { length, apart_deg }, true) = (&cycle, median >= time_step::MAX_STEP_S) {
             let (length, apart_deg) = (*length, *apart_deg);
             return Err(ConditionError::OpenCycle { file: file(), length, apart_deg });
@@ -93,14 +94,13 @@ impl Clock {
             return Err(ConditionError::TimeStep { file: file(), step_s: median, likely, heading });
         }
         let end_s = times[times.len() - 1];
-        let longest = steps.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        if let Some((n, &gap_s)) = longest.filter(|(_, gap)| **gap > LONGEST_GAP_S.max(end_s - **gap)) {
+        let longest = steps().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((n, gap_s)) = longest.filter(|(_, gap)| *gap > LONGEST_GAP_S.max(end_s - *gap)) {
             let (row, value) = (rows[n + 1] + 1, raw.time_s[rows[n + 1]]);
             return Err(ConditionError::TimeGap { file: file(), row, value, gap_s, rest_s: end_s - gap_s });
         }
-        let usual: Vec<f64> =
-            steps.iter().copied().filter(|step| *step > 0.5 * median && *step <= 1.5 * median).collect();
-        let step = usual.iter().sum::<f64>() / usual.len() as f64;
+        let usual = || steps().filter(|step| *step > 0.5 * median && *step <= 1.5 * median);
+        let step = usual().sum::<f64>() / usual().count() as f64;
         let rate_hz = 1.0 / step;
         let samples = (end_s * rate_hz + 0.01).floor();
         // An infinite rate gives NaN samples, which are too many as well.
@@ -128,7 +128,7 @@ impl Clock {
             let done = if are_clear && share > rules.jitter_share { Done::Resampled } else { Done::Reported };
             findings.push(all(0.0, end_s, FindingKind::ReceivedTimes { share }, done));
         }
-        let share = quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
+        let share = quantile(steps().filter(|s| *s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
         if share > rules.jitter_share {
             findings.push(all(0.0, end_s, FindingKind::UnevenTimes { share }, Done::Resampled));
         }

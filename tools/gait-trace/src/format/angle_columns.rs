@@ -191,7 +191,7 @@ fn without_glitches(
         }
     }
     if let Some((row, value)) = first_beyond {
-        let line = place.lines.get(row).copied();
+        let line = place.lines.get(row);
         if beyond * GLITCH_SHARE > values.len() {
             // Where most values are beyond the limit, it is the unit that is wrong.
             let is_few = codes.len() <= MOST_CODES && codes.len() < beyond && 2 * beyond < values.len();
@@ -215,6 +215,7 @@ fn without_glitches(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::row_lines::RowLines;
 
     fn column(said: Option<AngleUnit>, values: Vec<f64>) -> AngleColumn {
         let said = said.map_or(Said::Nothing, Said::Unit);
@@ -222,7 +223,7 @@ mod tests {
     }
 
     fn read(said: Option<AngleUnit>, asked: Option<AngleUnit>, values: Vec<f64>) -> Result<(f64, Vec<String>), String> {
-        let place = Place { file: "walk", header: Some(1), lines: &[] };
+        let place = Place { file: "walk", header: Some(1), lines: &RowLines::default() };
         let mut notes = Vec::new();
         let how = ReadOptions { unit: asked, ..ReadOptions::default() };
         let joints = in_degrees(&place, vec![column(said, values)], &how, &mut notes);
@@ -262,7 +263,7 @@ mod tests {
     #[test]
     fn volts_and_mixed_units_are_not_guessed() {
         assert!(read(None, None, vec![1.65; 30]).unwrap_err().contains("1.650, may be radians or volts"));
-        let place = Place { file: "walk", header: Some(1), lines: &[] };
+        let place = Place { file: "walk", header: Some(1), lines: &RowLines::default() };
         let hip = AngleColumn { joint: Joint::LeftHip, heading: "hip".into(), ..column(None, vec![0.4; 30]) };
         let both = vec![hip, column(None, vec![60.0; 30])];
         let error = in_degrees(&place, both, &ReadOptions::default(), &mut vec![]).unwrap_err().to_string();

@@ -1,6 +1,7 @@
 //! A column of a file that was recognised as a joint, and its place for errors.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::row_lines::RowLines;
 use crate::format::unit::Said;
 use joint_units::Joint;
 
@@ -22,7 +23,7 @@ pub(crate) struct Place<'a> {
     /// The line of the heading.
     pub(crate) header: Option<u64>,
     /// The line of each row; empty for a file without lines.
-    pub(crate) lines: &'a [u64],
+    pub(crate) lines: &'a RowLines,
 }
 
 impl Place<'_> {

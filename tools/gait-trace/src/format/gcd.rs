@@ -13,6 +13,7 @@ use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::sideless_of;
 use crate::format::outputs::{self, Output};
+use crate::format::row_lines::RowLines;
 use crate::format::text_table::{bare_lines, check_rows, lines, listed, number_or_missing, short, text};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
@@ -182,14 +183,14 @@ struct Block {
     head: usize,
     /// The first number of each row.
     values: Vec<f64>,
-    lines: Vec<u64>,
+    lines: RowLines,
     /// Some row has more numbers.
     has_more: bool,
 }
 
 /// Reads the blocks of these heads, in this order.
 fn read(name: &str, text: &str, heads: &[Head], wanted: &[usize]) -> Result<Vec<Block>, TraceError> {
-    let block = |&head: &usize| Block { head, values: Vec::new(), lines: Vec::new(), has_more: false };
+    let block = |&head: &usize| Block { head, values: Vec::new(), lines: RowLines::default(), has_more: false };
     let mut blocks: Vec<Block> = wanted.iter().map(block).collect();
     let mut begun = 0;
     let mut open: Vec<usize> = Vec::new();

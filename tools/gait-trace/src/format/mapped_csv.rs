@@ -24,12 +24,13 @@ use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
 use crate::format::flexion_component;
 use crate::format::preamble::{self, Preamble};
+use crate::format::row_lines::RowLines;
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{
-    Delimiter, bare_lines, check_rows, cut_line, finite, is_missing, is_separator_line, lines, short, text,
+    Delimiter, bare_lines, check_rows, cut_line, finite, is_separator_line, lines, short, text,
 };
 use crate::format::time_step;
-use crate::format::unit::scaled;
+use crate::format::unit::{scaled, scaled_or_missing};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use std::borrow::Cow;
@@ -142,15 +143,16 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     let cut = cut_line(text, delimiter, header.headings.len(), is_number).filter(|&line| line > first.0);
 
     let mut time_s = Vec::new();
-    let mut row_lines: Vec<u64> = Vec::new();
+    let mut row_lines = RowLines::default();
     let again = headless.then_some(Ok(first));
+    let mut fields = Vec::new();
     for row in again.into_iter().chain(rows) {
         let (line, row) = row?;
         if cut == Some(line) || row.trim_start().starts_with('#') {
             continue;
         }
-        let fields = split(line, row)?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
+        delimiter.split(row, &mut fields).map_err(fault)?;
         if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, &fields)? {
             continue;
         }
@@ -181,18 +183,18 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         row_lines.push(line);
         for chosen in &mut header.chosen {
             let field = &fields[chosen.index];
-            let value = if is_missing(field) { Ok(f64::NAN) } else { scaled(field, comma, chosen.power) };
+            let value = scaled_or_missing(field, comma, chosen.power);
             chosen.values.push(value.map_err(|f| fault(f).in_column(chosen.index, &header.headings[chosen.index]))?);
             for (index, values) in chosen.triple.iter_mut().flat_map(Triple::others) {
                 let field = &fields[index];
-                let value = if is_missing(field) { Ok(f64::NAN) } else { scaled(field, comma, chosen.power) };
+                let value = scaled_or_missing(field, comma, chosen.power);
                 values.push(value.map_err(|f| fault(f).in_column(index, &header.headings[index]))?);
             }
         }
     }
     marks.check(name, header_line, &time_s, &mut notes)?;
     if time_s.len() < 2 {
-        let last = row_lines.last().copied().unwrap_or(header_line);
+        let last = row_lines.last().unwrap_or(header_line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
     if let Some(line) = cut {

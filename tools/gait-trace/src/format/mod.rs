@@ -3,6 +3,7 @@
 pub(crate) mod angle_columns;
 pub mod angle_unit;
 pub(crate) mod axis;
+pub(crate) mod blocks;
 pub mod c3d;
 pub(crate) mod calibrated;
 pub(crate) mod choice;
@@ -26,6 +27,7 @@ pub(crate) mod outputs;
 pub mod page;
 pub(crate) mod preamble;
 pub(crate) mod row_labels;
+pub(crate) mod row_lines;
 pub(crate) mod row_marks;
 pub mod scope;
 pub(crate) mod segments;

@@ -34,13 +34,14 @@
 //! ```
 
 use crate::fault::{Fault, TraceError};
+use crate::format::blocks::Blocks;
 use crate::format::csv_file::MAX_BYTES;
 use crate::format::{
     c3d, gcd, mapped_csv, mcap_file, mvnx, opensim, scope, text_table, trc, unsupported, vicon, visual3d,
 };
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Reads a file. A file of more than [`MAX_BYTES`] is refused before it is read.
@@ -56,9 +57,21 @@ pub fn read(path: &Path, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError>
     if announced > MAX_BYTES {
         return Err(too_large());
     }
+    let mut bytes = Vec::with_capacity(HEAD_BYTES.min(announced as usize));
+    file.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
+    if announced > HEAD_BYTES as u64
+        && let Some(rows) = InRows::of_head(&name, &bytes)
+        && let Some(joints) = rows.read(&name, &mut file, how)?
+    {
+        return Ok(joints);
+    }
     // A pipe has no known length, and a file may grow: the limit is checked on the bytes that arrive.
-    let mut bytes = Vec::with_capacity(announced as usize);
-    file.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
+    bytes.reserve_exact((announced as usize).saturating_sub(bytes.len()));
+    if announced > HEAD_BYTES as u64 {
+        file.seek(SeekFrom::Start(bytes.len() as u64)).map_err(io)?;
+    }
+    let rest = MAX_BYTES + 1 - bytes.len() as u64;
+    file.by_ref().take(rest).read_to_end(&mut bytes).map_err(io)?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(too_large());
     }
@@ -89,8 +102,68 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     }
 }
 
+/// Bytes of the beginning of a file by which [`InRows::of_head`] decides.
+pub const HEAD_BYTES: usize = 1 << 20;
+
+/// A large export of an oscilloscope, whose rows are read without keeping the file in memory.
+#[derive(Debug, Clone)]
+pub struct InRows {
+    /// The first lines of the file, with its header.
+    head: String,
+    dialect: scope::Dialect,
+}
+
+impl InRows {
+    /// From the first [`HEAD_BYTES`] of a file; `None` if the file has no more, or is of another format: it is read whole ([`of_bytes`]).
+    #[must_use]
+    pub fn of_head(name: &str, head: &[u8]) -> Option<Self> {
+        let head = head.get(..HEAD_BYTES)?;
+        let end = head.iter().rposition(|&byte| byte == b'\n')? + 1;
+        let text = text_table::text(name, &head[..end]).ok()?;
+        unsupported::check(name, head).ok()?;
+        // No reader recognises its files by more lines than this.
+        if text_table::bare_lines(text).filter(|row| !row.trim().is_empty()).count() < MOST_LINES
+            || OF_TEXT.iter().any(|(looks_like, _)| looks_like(text))
+        {
+            return None;
+        }
+        Some(Self { head: text.to_owned(), dialect: scope::dialect_of(text)? })
+    }
+
+    /// Reads the file from its beginning; the result is that of [`of_bytes`]. `None` if only the whole file shows what is wrong with it, or
+    /// with the options.
+    ///
+    /// # Errors
+    /// The first fault of the file, with its place.
+    pub fn read(
+        &self,
+        name: &str,
+        source: &mut (impl Read + Seek),
+        how: &ReadOptions<'_>,
+    ) -> Result<Option<RawJoints>, TraceError> {
+        if how.axis.is_some() || how.topic.is_some() || !how.only.is_empty() {
+            return Ok(None);
+        }
+        source.rewind().map_err(|error| TraceError::new(name, None, Fault::Io(error)))?;
+        scope::parse_blocks(name, &self.head, self.dialect, &mut Blocks::of(source), how)
+    }
+}
+
+/// More lines than any reader looks at to recognise its files.
+const MOST_LINES: usize = 1001;
+
 type Recognise = fn(&str) -> bool;
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
+
+/// Text formats that their own readers recognise, in the order in which they are tried.
+const OF_TEXT: [(Recognise, Reader); 6] = [
+    (mvnx::looks_like, mvnx::parse),
+    (trc::looks_like, trc::parse),
+    (vicon::looks_like, vicon::parse),
+    (visual3d::looks_like, visual3d::parse),
+    (gcd::looks_like, gcd::parse),
+    (opensim::looks_like, opensim::parse),
+];
 
 /// The reader of a file; `None` for CSV with any header.
 fn other_than_csv(name: &str, bytes: &[u8], extension: &str) -> Result<Option<Reader>, TraceError> {
@@ -105,14 +178,6 @@ fn other_than_csv(name: &str, bytes: &[u8], extension: &str) -> Result<Option<Re
         Err(error) => return Err(unsupported::by_extension(name, extension).unwrap_or(error)),
         Ok(text) => text,
     };
-    const OF_TEXT: [(Recognise, Reader); 6] = [
-        (mvnx::looks_like, mvnx::parse),
-        (trc::looks_like, trc::parse),
-        (vicon::looks_like, vicon::parse),
-        (visual3d::looks_like, visual3d::parse),
-        (gcd::looks_like, gcd::parse),
-        (opensim::looks_like, opensim::parse),
-    ];
     if let Some((_, reader)) = OF_TEXT.into_iter().find(|(looks_like, _)| looks_like(text)) {
         return Ok(Some(reader));
     }

@@ -4,6 +4,7 @@
 //! [`csv_file`](crate::format::csv_file).
 
 use crate::fault::{Fault, TraceError};
+use memchr::{memchr, memchr_iter};
 use std::borrow::Cow;
 
 /// Largest length of a line, bytes: a row of 4096 columns of 20 digits has about 80 thousand.
@@ -25,8 +26,7 @@ pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceErro
         Ok(text) => (text, bytes.len()),
         Err(error) => ("", error.valid_up_to()),
     };
-    let control = |byte: &u8| byte.is_ascii_control() && !matches!(byte, b'\n' | b'\r' | b'\t');
-    let bad = bytes[..valid].iter().position(control).unwrap_or(valid);
+    let bad = first_control(&bytes[..valid]).unwrap_or(valid);
     let Some(&byte) = bytes.get(bad) else { return Ok(text) };
     let hint = match bytes {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => " (UTF-16: save it as UTF-8)",
@@ -37,6 +37,16 @@ pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceErro
     };
     let line = 1 + bytes[..bad].iter().filter(|&&byte| byte == b'\n').count() as u64;
     Err(TraceError::new(name, Some(line), Fault::Bytes { byte, offset: start + bad, hint }))
+}
+
+/// The place of the first control character that is not part of a text.
+pub(crate) fn first_control(bytes: &[u8]) -> Option<usize> {
+    let control = |byte: &u8| byte.is_ascii_control() && !matches!(byte, b'\n' | b'\r' | b'\t');
+    // A block is looked through without a jump, in vectors; only one that has such a character is searched.
+    const BLOCK: usize = 1024;
+    let block = bytes.chunks(BLOCK).position(|block| block.iter().fold(false, |any, byte| any | control(byte)))?;
+    let from = block * BLOCK;
+    bytes[from..].iter().position(control).map(|place| from + place)
 }
 
 /// The lines of a text, which end in LF or CR LF, or in CR where there is no LF.
@@ -158,11 +168,29 @@ impl Delimiter {
 
     /// The fields of a row, without surrounding blanks and quotes.
     pub(crate) fn fields(self, row: &str) -> Result<Vec<Cow<'_, str>>, Fault> {
-        let fields: Vec<Cow<'_, str>> = match self {
-            Self::Blanks => row.split_whitespace().map(Cow::Borrowed).take(MAX_COLUMNS + 1).collect(),
-            Self::Char(c) if row.contains('"') => quoted_fields(row, c)?,
-            Self::Char(c) => row.split(c).map(|field| Cow::Borrowed(field.trim())).take(MAX_COLUMNS + 1).collect(),
-        };
+        let mut fields = Vec::new();
+        self.split(row, &mut fields)?;
+        Ok(fields)
+    }
+
+    /// The same in the memory of another row's fields.
+    pub(crate) fn split<'a>(self, row: &'a str, fields: &mut Vec<Cow<'a, str>>) -> Result<(), Fault> {
+        fields.clear();
+        match self {
+            Self::Blanks => fields.extend(row.split_whitespace().map(Cow::Borrowed).take(MAX_COLUMNS + 1)),
+            Self::Char(c) if memchr(b'"', row.as_bytes()).is_some() => *fields = quoted_fields(row, c)?,
+            Self::Char(c) if c.is_ascii() => {
+                let ends = memchr_iter(c as u8, row.as_bytes()).chain([row.len()]);
+                let mut from = 0;
+                // A delimiter of ASCII is a character of its own wherever its byte is.
+                fields.extend(ends.take(MAX_COLUMNS + 1).map(|end| {
+                    let field = &row[from..end];
+                    from = end + 1;
+                    Cow::Borrowed(field.trim())
+                }));
+            }
+            Self::Char(c) => fields.extend(row.split(c).map(|field| Cow::Borrowed(field.trim())).take(MAX_COLUMNS + 1)),
+        }
         if fields.len() > MAX_COLUMNS {
             let found = match self {
                 Self::Blanks => row.split_whitespace().count(),
@@ -170,7 +198,7 @@ impl Delimiter {
             };
             return Err(Fault::TooManyColumns { found, most: MAX_COLUMNS });
         }
-        Ok(fields)
+        Ok(())
     }
 }
 
@@ -229,11 +257,59 @@ pub(crate) fn is_missing(field: &str) -> bool {
 
 /// A number, or NaN for a missing value. A decimal comma is accepted if `comma` is set.
 pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> {
-    if is_missing(field) { Ok(f64::NAN) } else { finite(field, comma) }
+    match decimal(field) {
+        Some(value) => Ok(value),
+        None if is_missing(field) => Ok(f64::NAN),
+        None => finite(field, comma),
+    }
+}
+
+/// A finite number with a decimal point, as most fields have it. Every other number is none here.
+fn decimal(field: &str) -> Option<f64> {
+    few_digits(field).or_else(|| field.parse().ok().filter(|value: &f64| value.is_finite()))
+}
+
+/// A number of few digits without exponent, with the bits that the standard library gives it: the digits as a whole number and the power of
+/// ten are exact, so that their quotient is rounded once (Clinger, "How to read floating point numbers accurately", 1990).
+fn few_digits(field: &str) -> Option<f64> {
+    /// Most characters: the whole number fits into 64 bits.
+    const MOST: usize = 17;
+    const POWERS: [f64; MOST + 1] =
+        [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17];
+    /// Up to there every whole number is one of f64.
+    const EXACT: u64 = 1 << 53;
+    let (negative, characters) = match field.as_bytes() {
+        [b'-', rest @ ..] => (true, rest),
+        all => (false, all),
+    };
+    if characters.len() > MOST {
+        return None;
+    }
+    let (mut whole, mut digits, mut decimals, mut has_point) = (0_u64, 0, 0, false);
+    for character in characters {
+        let digit = character.wrapping_sub(b'0');
+        if digit < 10 {
+            whole = whole * 10 + u64::from(digit);
+            digits += 1;
+            decimals += usize::from(has_point);
+        } else if *character == b'.' && !has_point {
+            has_point = true;
+        } else {
+            return None;
+        }
+    }
+    if digits == 0 || whole > EXACT {
+        return None;
+    }
+    let value = whole as f64 / POWERS[decimals];
+    Some(if negative { -value } else { value })
 }
 
 /// A finite number. A decimal comma is accepted if `comma` is set.
 pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
+    if let Some(value) = decimal(field) {
+        return Ok(value);
+    }
     // Some programs write a true minus sign.
     let field = if field.is_ascii() { Cow::Borrowed(field) } else { Cow::Owned(field.replace('\u{2212}', "-")) };
     let field = field.as_ref();
@@ -308,6 +384,25 @@ mod tests {
         assert_eq!(Delimiter::of_rows("0,00;12,5;;-3,1"), Delimiter::Char(';'));
         assert_eq!(Delimiter::of_rows("0,00\t12,5\t-3,1"), Delimiter::Char('\t'));
         assert_eq!(Delimiter::of_rows("0,1,2"), Delimiter::Char(','));
+    }
+
+    proptest::proptest! {
+        /// Nothing is taken that the standard library refuses, and the bits are the same.
+        #[test]
+        fn numbers_are_those_of_the_standard_library(text in "[-+]?[0-9]{0,25}[.]?[0-9]{0,25}([eE][-+]?[0-9]{0,4})?|[-+0-9.eEinfaINFANty_ x]{0,9}") {
+            if let Some(value) = decimal(&text) {
+                proptest::prop_assert_eq!(text.parse::<f64>().map(f64::to_bits), Ok(value.to_bits()), "{}", text);
+            }
+        }
+
+        #[test]
+        fn every_number_is_read_back(bits in proptest::prelude::any::<u64>()) {
+            let value = f64::from_bits(bits);
+            if value.is_finite() {
+                proptest::prop_assert_eq!(decimal(&format!("{value:e}")).map(f64::to_bits), Some(bits));
+                proptest::prop_assert_eq!(decimal(&value.to_string()).map(f64::to_bits), Some(bits));
+            }
+        }
     }
 
     #[test]

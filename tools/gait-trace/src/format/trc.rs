@@ -7,6 +7,7 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
+use crate::format::row_lines::RowLines;
 use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::subjects;
 use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
@@ -90,11 +91,12 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     legs.iter().flatten().flat_map(segments::Leg::points).for_each(|point| tracks[point] = Some(Track::new()));
     let wanted = 2 + 3 * markers.len();
     let mut time_s: Vec<f64> = Vec::new();
-    let mut row_lines = Vec::new();
+    let mut row_lines = RowLines::default();
+    let mut fields = Vec::new();
     for row in rows {
         let (line, row) = row?;
-        let fields = split(line, row)?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
+        Delimiter::Char('\t').split(row, &mut fields).map_err(fault)?;
         let trailing = fields.len() == wanted + 1 && fields[wanted].is_empty();
         if fields.len() != wanted && !trailing {
             return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
@@ -109,7 +111,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         }
     }
     if time_s.len() < 2 {
-        let last = row_lines.last().copied().unwrap_or(line);
+        let last = row_lines.last().unwrap_or(line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
     if let Some(rate_hz) = how.rate_hz {

@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 use crate::format::angle_unit::AngleUnit;
-use crate::format::text_table::finite;
+use crate::format::text_table::{finite, is_missing, number_or_missing};
 use crate::format::words::SECONDS;
 use crate::recording::{Channel, Quantity};
 
@@ -86,6 +86,14 @@ pub(crate) fn without_volts(heading: &str) -> &str {
         (Some(_), Some(end)) if !heading[end..].eq_ignore_ascii_case("_v") => &heading[..end],
         _ => heading,
     }
+}
+
+/// A number in units of `10^power` as [`scaled`] reads it, or NaN for a missing value.
+pub(crate) fn scaled_or_missing(field: &str, comma: bool, power: i32) -> Result<f64, Fault> {
+    if power == 0 {
+        return number_or_missing(field, comma);
+    }
+    if is_missing(field) { Ok(f64::NAN) } else { scaled(field, comma, power) }
 }
 
 /// A finite number in units of `10^power`, rounded once: `12.3` with a power of -3 is the same number as `0.0123`.

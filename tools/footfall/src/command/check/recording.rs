@@ -48,7 +48,7 @@ impl Report {
 }
 
 fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
-    let recorded = recording::parse(path, &recording::bytes(path)?, &job.reading)?;
+    let recorded = recording::open(path)?.parse(&job.reading)?;
     if let Some(conversion) = &recorded.conversion {
         report.line("converted", format!("from {} by footfall {}", conversion.source, conversion.version));
     }

@@ -169,18 +169,20 @@ fn outcome_file(folder: &Path, name: &str) -> PathBuf {
 /// Fits one recording unless its result exists. Only a folder that cannot be written ends the whole run.
 fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<End, Failure> {
     let began = Instant::now();
-    let bytes = match recording::bytes(&recording.path) {
-        Ok(bytes) => bytes,
+    let mut content = match recording::open(&recording.path) {
+        Ok(content) => content,
         // It may be readable the next time: nothing is kept.
         Err(why) => return Ok(End::Failed(why.to_string())),
     };
     let files = Files::of(&recording.name, batch);
-    if let Some(end) = files.known(&sha256(&bytes), asked, batch.force_write) {
+    let hash = content.sha256().to_owned();
+    if let Some(end) = files.known(&hash, asked, batch.force_write) {
         return Ok(end);
     }
     let name = recording.name.as_str();
-    let hash = sha256(&bytes);
-    let parsed = recording::parse(&recording.path, &bytes, &job.reading);
+    let parsed = content.parse(&job.reading);
+    // The file may be large, and what is read of it is all that the fit needs.
+    drop(content);
     if recording.found
         && let Ok(recorded) = &parsed
         && let Some(why) = recorded.other_than_gait()

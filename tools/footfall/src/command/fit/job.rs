@@ -62,7 +62,7 @@ impl Input {
 impl Job {
     /// Reads a recording.
     pub(crate) fn read(&self, path: &Path, name: &str) -> Result<Input, Failure> {
-        Input::of(recording::parse(path, &recording::bytes(path)?, &self.reading)?, name, self.fit.rules.low_pass)
+        Input::of(recording::open(path)?.parse(&self.reading)?, name, self.fit.rules.low_pass)
     }
 
     /// Fits a recording, and judges the fit on strides that were not fitted.

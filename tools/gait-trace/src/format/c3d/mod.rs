@@ -18,6 +18,7 @@ use crate::format::angle_unit::AngleUnit;
 use crate::format::axis;
 use crate::format::description::{Description, SIGNS};
 use crate::format::outputs::{self, Output};
+use crate::format::row_lines::RowLines;
 use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::subjects;
 use crate::format::text_table::{check_rows, listed};
@@ -81,7 +82,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         }
         columns => (columns, "joint angles"),
     };
-    let place = Place { file: name, header: None, lines: &[] };
+    let place = Place { file: name, header: None, lines: &RowLines::default() };
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let File { parameters, layout, .. } = file;
     let numbers = if layout.scale.is_some() { "integers" } else { "floats" };

@@ -22,6 +22,7 @@ pub use records::records;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
+use crate::format::row_lines::RowLines;
 use crate::format::text_table::{check_rows, short};
 use crate::format::unit::scaled;
 use crate::options::ReadOptions;
@@ -89,7 +90,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         let Chosen { joint, heading, said, values, .. } = chosen;
         AngleColumn { joint, heading, index, said, values }
     });
-    let place = Place { file: name, header: None, lines: &[] };
+    let place = Place { file: name, header: None, lines: &RowLines::default() };
     let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("MCAP, {kind}, {count} joints of {} channels", seen.sources.len());

@@ -6,6 +6,7 @@ use crate::format::angle_unit::AngleUnit;
 use crate::format::choice::columns;
 use crate::format::decimals::Decimals;
 use crate::format::mvnx::times::{Stamp, times_s};
+use crate::format::row_lines::RowLines;
 use crate::format::text_table::{MAX_COLUMNS, check_rows, listed, number_or_missing, short};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
@@ -79,7 +80,7 @@ struct Document {
     chosen: Vec<Chosen>,
     frame: Option<Frame>,
     stamps: Vec<Stamp>,
-    lines: Vec<u64>,
+    lines: RowLines,
     /// Frames that are skipped, by type.
     skipped: BTreeMap<String, u64>,
     untyped: u64,

@@ -16,6 +16,7 @@ use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::angle_unit::AngleUnit;
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::joint_of;
+use crate::format::row_lines::RowLines;
 use crate::format::stated;
 use crate::format::text_table::{
     Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
@@ -27,7 +28,6 @@ use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use header::{Header, MAX_HEADER_LINES, is_end};
 use joint_units::Joint;
-use std::borrow::Cow;
 pub(crate) use write::coordinate;
 pub use write::{write, write_to};
 
@@ -84,9 +84,9 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     };
     let (line, row) = rows.next().ok_or_else(no_names)??;
     let delimiter = if row.contains('\t') { Delimiter::Char('\t') } else { Delimiter::Blanks };
-    let split = |line, row| split(delimiter, row).map_err(|fault| TraceError::new(name, Some(line), fault));
-    let labels: Vec<String> = split(line, row)?.iter().map(|label| label.to_string()).collect();
     let fault = |fault| TraceError::new(name, Some(line), fault);
+    let labels = delimiter.fields(without_last_tab(delimiter, row)).map_err(fault)?;
+    let labels: Vec<String> = labels.iter().map(|label| label.to_string()).collect();
     if let Some((_, field, columns)) = header.columns.as_ref().filter(|(.., columns)| *columns != labels.len() as u64) {
         notes.push(format!(
             "`{field}` announces {columns} columns, but the file has {}; every row has that many, and they are read.",
@@ -104,11 +104,12 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let mut columns = chosen(&labels, how, said).map_err(fault)?;
 
     let mut time_s = Vec::new();
-    let mut row_lines = Vec::new();
+    let mut row_lines = RowLines::default();
+    let mut fields = Vec::new();
     for row in rows {
         let (line, row) = row?;
-        let fields = split(line, row)?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
+        delimiter.split(without_last_tab(delimiter, row), &mut fields).map_err(fault)?;
         if fields == labels {
             return Err(fault(Fault::SecondHeader));
         }
@@ -130,7 +131,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
             column.values.push(value.map_err(|f| fault(f).in_column(column.index, &column.heading))?);
         }
     }
-    let last = row_lines.last().copied().or(Some(line));
+    let last = row_lines.last().or(Some(line));
     if time_s.len() < 2 {
         return Err(TraceError::new(name, last, Fault::TooFewRows { rows: time_s.len() }));
     }
@@ -158,8 +159,8 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
 }
 
 /// The fields of a row; many programs end each row with a tab.
-fn split(delimiter: Delimiter, row: &str) -> Result<Vec<Cow<'_, str>>, Fault> {
-    delimiter.fields(if delimiter == Delimiter::Char('\t') { row.strip_suffix('\t').unwrap_or(row) } else { row })
+fn without_last_tab(delimiter: Delimiter, row: &str) -> &str {
+    if delimiter == Delimiter::Char('\t') { row.strip_suffix('\t').unwrap_or(row) } else { row }
 }
 
 /// The columns of the joints, without values.

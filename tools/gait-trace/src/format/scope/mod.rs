@@ -21,16 +21,20 @@ mod layout;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::blocks::Blocks;
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::joint_of;
-use crate::format::text_table::{Delimiter, bare_lines, check_rows, is_missing, lines, listed, text};
-use crate::format::unit::{Said, scaled};
+use crate::format::row_lines::RowLines;
+use crate::format::text_table::{Delimiter, bare_lines, check_rows, lines, listed, text};
+use crate::format::unit::{Said, scaled, scaled_or_missing};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use crate::series::median;
 pub(crate) use dialect::{Dialect, dialect_of};
 use joint_units::Joint;
 use layout::{Layout, Time};
+use std::borrow::Cow;
+use std::io::Read;
 
 /// Largest deviation of the rows' time step from the announced one, as a fraction of it, that is not reported.
 const STEP_SHARE: f64 = 0.05;
@@ -84,88 +88,158 @@ pub(crate) fn parse_text(
     dialect: Dialect,
     how: &ReadOptions<'_>,
 ) -> Result<RawJoints, TraceError> {
-    let mut notes = Vec::new();
-    let delimiter = Delimiter::of_header(bare_lines(text).find(|row| !row.trim().is_empty()).unwrap_or_default());
-    let comma = delimiter != Delimiter::Char(',');
-    let layout = Layout::parse(name, text, dialect, delimiter, &mut notes)?;
-    let names: Vec<&str> = layout.channels.iter().map(|(_, channel, _)| channel.as_str()).collect();
-    if how.rate_hz.is_some() {
-        let has = "the header or a column".into();
-        return Err(TraceError::new(name, Some(layout.end.max(1)), Fault::RateAndTime { has }));
-    }
-    let fault = |fault| TraceError::new(name, Some(layout.end.max(1)), fault);
-    let mut chosen: Vec<(Joint, usize, Vec<f64>)> = Vec::new();
-    for joint in Joint::ALL {
-        let channel = match how.column_of(joint) {
-            Some(wanted) => Some(layout.channel_called(joint, wanted).map_err(fault)?),
-            None => names.iter().position(|channel| joint_of(channel).is_some_and(|(found, _)| found == joint)),
-        };
-        chosen.extend(channel.map(|channel| (joint, channel, Vec::new())));
-    }
-    if chosen.is_empty() {
-        return Err(fault(Fault::NoChannelMap { have: listed(&names) }));
-    }
-
-    let mut time_s = Vec::new();
-    let mut row_lines = Vec::new();
-    for row in lines(name, text).skip(layout.end as usize) {
+    let mut table = Table::begin(name, text, dialect, how)?;
+    let mut fields = Vec::new();
+    for row in lines(name, text).skip(table.layout.end as usize) {
         let (line, row) = row?;
-        if row.trim().is_empty() {
-            continue;
+        table.push(line, row, &mut fields)?;
+    }
+    table.finish(how)
+}
+
+/// Reads a file of which only a block is in memory at a time; `head` is its beginning, with the whole header. `None` if the blocks are not
+/// text, or a line is too long: reading the whole file says where.
+///
+/// # Errors
+/// As [`parse`].
+pub(crate) fn parse_blocks(
+    name: &str,
+    head: &str,
+    dialect: Dialect,
+    blocks: &mut Blocks<impl Read>,
+    how: &ReadOptions<'_>,
+) -> Result<Option<RawJoints>, TraceError> {
+    let mut table = Table::begin(name, head, dialect, how);
+    let mut line = 0;
+    while let Some(block) = blocks.next().map_err(|error| TraceError::new(name, None, Fault::Io(error)))? {
+        let Some(text) = block else { return Ok(None) };
+        // A fault of the text is reported before any of its rows: behind one of a row, blocks are still looked through.
+        if let Ok(rows) = &mut table
+            && let Err(error) = rows.push_block(&mut line, text)
+        {
+            table = Err(error);
         }
-        let fault = |fault| TraceError::new(name, Some(line), fault);
-        let fields = delimiter.fields(row).map_err(fault)?;
-        let field = |index: usize| fields.get(index).map_or("", |field| &**field);
+    }
+    table?.finish(how).map(Some)
+}
+
+/// The rows that were read.
+struct Table<'a> {
+    name: &'a str,
+    dialect: Dialect,
+    delimiter: Delimiter,
+    layout: Layout,
+    /// Joint, index of the channel in the layout, and volts.
+    chosen: Vec<(Joint, usize, Vec<f64>)>,
+    /// The last column that is read.
+    last_column: usize,
+    time_s: Vec<f64>,
+    row_lines: RowLines,
+    notes: Vec<String>,
+}
+
+impl<'a> Table<'a> {
+    /// Reads the header of a text.
+    fn begin(name: &'a str, text: &str, dialect: Dialect, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+        let mut notes = Vec::new();
+        let delimiter = Delimiter::of_header(bare_lines(text).find(|row| !row.trim().is_empty()).unwrap_or_default());
+        let layout = Layout::parse(name, text, dialect, delimiter, &mut notes)?;
+        let names: Vec<&str> = layout.channels.iter().map(|(_, channel, _)| channel.as_str()).collect();
+        if how.rate_hz.is_some() {
+            let has = "the header or a column".into();
+            return Err(TraceError::new(name, Some(layout.end.max(1)), Fault::RateAndTime { has }));
+        }
+        let fault = |fault| TraceError::new(name, Some(layout.end.max(1)), fault);
+        let mut chosen: Vec<(Joint, usize, Vec<f64>)> = Vec::new();
+        for joint in Joint::ALL {
+            let channel = match how.column_of(joint) {
+                Some(wanted) => Some(layout.channel_called(joint, wanted).map_err(fault)?),
+                None => names.iter().position(|channel| joint_of(channel).is_some_and(|(found, _)| found == joint)),
+            };
+            chosen.extend(channel.map(|channel| (joint, channel, Vec::new())));
+        }
+        if chosen.is_empty() {
+            return Err(fault(Fault::NoChannelMap { have: listed(&names) }));
+        }
         let least = match layout.time {
             Time::Column { index, .. } => index,
             Time::Steps { .. } => 0,
         };
-        let most = chosen.iter().map(|&(_, channel, _)| layout.channels[channel].0).fold(least, usize::max);
-        if fields.len() <= most {
-            return Err(fault(Fault::FieldCount { found: fields.len(), wanted: most + 1 }));
-        }
-        let time = match layout.time {
-            Time::Column { index, power } => {
-                scaled(field(index), comma, power).map_err(|f| fault(f).in_column(index, "time"))?
+        let last_column = chosen.iter().map(|&(_, channel, _)| layout.channels[channel].0).fold(least, usize::max);
+        let (time_s, row_lines) = (Vec::new(), RowLines::default());
+        Ok(Self { name, dialect, delimiter, layout, chosen, last_column, time_s, row_lines, notes })
+    }
+
+    /// Reads the rows of a block; `line` is the last line before it.
+    fn push_block(&mut self, line: &mut u64, text: &str) -> Result<(), TraceError> {
+        let mut fields = Vec::new();
+        for row in bare_lines(text) {
+            *line += 1;
+            if *line > self.layout.end {
+                self.push(*line, row, &mut fields)?;
             }
-            Time::Steps { start_s, step_s } => start_s + step_s * time_s.len() as f64,
+        }
+        Ok(())
+    }
+
+    /// Reads a row below the header; `fields` is memory for its fields.
+    fn push<'t>(&mut self, line: u64, row: &'t str, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
+        if row.trim().is_empty() {
+            return Ok(());
+        }
+        let comma = self.delimiter != Delimiter::Char(',');
+        let fault = |fault| TraceError::new(self.name, Some(line), fault);
+        self.delimiter.split(row, fields).map_err(fault)?;
+        if fields.len() <= self.last_column {
+            return Err(fault(Fault::FieldCount { found: fields.len(), wanted: self.last_column + 1 }));
+        }
+        let time = match self.layout.time {
+            Time::Column { index, power } => {
+                scaled(&fields[index], comma, power).map_err(|f| fault(f).in_column(index, "time"))?
+            }
+            Time::Steps { start_s, step_s } => start_s + step_s * self.time_s.len() as f64,
         };
         if !time.is_finite() {
             return Err(fault(Fault::NotFinite { text: time.to_string() }).in_column(0, "time"));
         }
-        time_s.push(time);
-        check_rows(row_lines.len()).map_err(fault)?;
-        row_lines.push(line);
-        for (_, channel, values) in &mut chosen {
-            let (index, heading, power) = &layout.channels[*channel];
-            let field = field(*index);
-            let value = if is_missing(field) { Ok(f64::NAN) } else { scaled(field, comma, *power) };
+        self.time_s.push(time);
+        check_rows(self.row_lines.len()).map_err(fault)?;
+        self.row_lines.push(line);
+        for (_, channel, values) in &mut self.chosen {
+            let (index, heading, power) = &self.layout.channels[*channel];
+            let value = scaled_or_missing(&fields[*index], comma, *power);
             values.push(value.map_err(|f| fault(f).in_column(*index, heading))?);
         }
+        Ok(())
     }
-    if time_s.len() < 2 {
-        let last = row_lines.last().copied().unwrap_or(layout.end);
-        return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
-    }
-    if let Some((_, rows)) = layout.announced.filter(|(_, rows)| *rows != time_s.len() as u64) {
-        let read = format!("the header announces {rows} rows, but the file has {}", time_s.len());
-        notes.push(format!("`Record Length`: {read}; all of them are whole and are read (was the file cut off?)."));
-    }
-    if let Some(announced) = layout.interval_s {
-        let step = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
-        if (step - announced).abs() > STEP_SHARE * announced {
-            notes.push(format!(
-                "`Sample Interval` announces {announced} s, but the rows are {step} s apart; the times of the rows are used."
-            ));
+
+    /// The joints, once all rows are read.
+    fn finish(self, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+        let Self { name, dialect, layout, chosen, time_s, row_lines, mut notes, .. } = self;
+        if time_s.len() < 2 {
+            let last = row_lines.last().unwrap_or(layout.end);
+            return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
         }
+        if let Some((_, rows)) = layout.announced.filter(|(_, rows)| *rows != time_s.len() as u64) {
+            let read = format!("the header announces {rows} rows, but the file has {}", time_s.len());
+            notes.push(format!("`Record Length`: {read}; all of them are whole and are read (was the file cut off?)."));
+        }
+        if let Some(announced) = layout.interval_s {
+            let step = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
+            if (step - announced).abs() > STEP_SHARE * announced {
+                notes.push(format!(
+                    "`Sample Interval` announces {announced} s, but the rows are {step} s apart; the times of the rows are used."
+                ));
+            }
+        }
+        let mut columns = Vec::new();
+        for (joint, channel, values) in chosen {
+            let (index, heading, _) = &layout.channels[channel];
+            columns.push(AngleColumn { joint, heading: heading.clone(), index: *index, said: Said::Volts, values });
+        }
+        let place = Place { file: name, header: Some(layout.end.max(1)), lines: &row_lines };
+        let joints = in_degrees(&place, columns, how, &mut notes)?;
+        let format = format!("oscilloscope CSV ({}), {} channels", dialect.words(), layout.channels.len());
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
     }
-    let mut columns = Vec::new();
-    for (joint, channel, values) in chosen {
-        let (index, heading, _) = &layout.channels[channel];
-        columns.push(AngleColumn { joint, heading: heading.clone(), index: *index, said: Said::Volts, values });
-    }
-    let place = Place { file: name, header: Some(layout.end.max(1)), lines: &row_lines };
-    let joints = in_degrees(&place, columns, how, &mut notes)?;
-    let format = format!("oscilloscope CSV ({}), {} channels", dialect.words(), layout.channels.len());
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }

@@ -14,6 +14,7 @@ use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::axis;
 use crate::format::description::{Description, SIGNS};
 use crate::format::outputs;
+use crate::format::row_lines::RowLines;
 use crate::format::segments::Track;
 use crate::format::text_table::{
     Delimiter, check_rows, cut_line, finite, is_missing, lines, listed, number_or_missing, short, text,
@@ -97,7 +98,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     let Table { frames, line_numbers, tracks, cut, .. } = table;
     if frames.len() < 2 {
-        let last = line_numbers.last().copied().unwrap_or(head.line);
+        let last = line_numbers.last().unwrap_or(head.line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: frames.len() }));
     }
     match cut {
@@ -135,7 +136,7 @@ struct Table<'a> {
     tracks: Vec<Track>,
     /// Frame and sub frame of each row.
     frames: Vec<(f64, f64)>,
-    line_numbers: Vec<u64>,
+    line_numbers: RowLines,
     /// The last line, if it is cut short.
     cut: Option<u64>,
 }
@@ -145,7 +146,7 @@ impl<'a> Table<'a> {
         let of = |&(_, index): &(Joint, usize)| (head.outputs[index].columns, head.outputs[index].label());
         let columns = joints.iter().map(of).collect();
         let tracks = vec![Track::new(); joints.len()];
-        Self { name, head, columns, tracks, frames: Vec::new(), line_numbers: Vec::new(), cut: None }
+        Self { name, head, columns, tracks, frames: Vec::new(), line_numbers: RowLines::default(), cut: None }
     }
 
     /// Reads rows up to a blank line or a title.

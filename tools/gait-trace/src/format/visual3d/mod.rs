@@ -16,6 +16,7 @@ use crate::format::axis;
 use crate::format::decimals::Decimals;
 use crate::format::description::{Description, SIGNS};
 use crate::format::outputs;
+use crate::format::row_lines::RowLines;
 use crate::format::segments::Track;
 use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
 use crate::format::time_step;
@@ -85,7 +86,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     let Table { mut time_s, line_numbers, tracks, ended, decimals, .. } = table;
     if time_s.len() < 2 {
-        let last = line_numbers.last().copied().unwrap_or(header.line);
+        let last = line_numbers.last().unwrap_or(header.line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
     if let Some((line, _)) = ended.first() {
@@ -144,7 +145,7 @@ struct Table<'a> {
     own: Vec<usize>,
     tracks: Vec<Track>,
     time_s: Vec<f64>,
-    line_numbers: Vec<u64>,
+    line_numbers: RowLines,
     decimals: Decimals,
     /// Rows since the last one with a value of the recording: line, and the time if the row has one.
     ended: Vec<(u64, Option<f64>)>,
@@ -164,7 +165,7 @@ impl<'a> Table<'a> {
             columns,
             tracks: vec![Track::new(); chosen.len()],
             time_s: Vec::new(),
-            line_numbers: Vec::new(),
+            line_numbers: RowLines::default(),
             decimals: Decimals::default(),
             ended: Vec::new(),
         }

@@ -1,0 +1,248 @@
+//! The page and the picture of a result.
+
+use anyhow::{Context, Result};
+use picture::{Curve, Panel, draw};
+use serde_json::Value;
+use std::fmt::Write as _;
+
+/// The result, from which the others are made.
+pub(crate) const JSON: &str = "docs/host.json";
+/// The page.
+pub(crate) const PAGE: &str = "docs/host.md";
+/// The picture of how each part grows.
+pub(crate) const PICTURE: &str = "docs/host-growth.svg";
+
+/// What stands above the numbers.
+const HEAD: &str = include_str!("head.txt");
+
+/// The page as Markdown; parts that were not measured are left out.
+pub(crate) fn page(result: &Value) -> Result<String> {
+    let mut text = HEAD.to_owned();
+    let machine = &result["machine"];
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "Measured on {} (family {}, model {}), {} cores, vectors of {} numbers, with a load of {} processes at the start.",
+        word(&machine["processor"]),
+        word(&machine["family"]),
+        word(&machine["model"]),
+        machine["cores"],
+        machine["lanes"],
+        machine["load"],
+    );
+    text += &aims(result)?;
+    if result["search"].is_object() {
+        text += &search(result)?;
+    }
+    if let Some(fit) = result["fit"].as_object() {
+        let _ = write!(
+            text,
+            "\n## A whole fit\n\n`footfall fit` of a recording of {} s at 100 Hz, with certificate; the report has all other generators beside it.\n\n\
+             | | seconds | of all cores | memory |\n|---|---|---|---|\n",
+            fit["recording_s"]
+        );
+        for (name, key) in [("without a report", "without_report"), ("with a report", "with_report")] {
+            let row = &fit[key];
+            let _ = writeln!(text, "| {name} | {} | {} | {} |", row["seconds"], row["processor_s"], megabytes(row)?);
+        }
+    }
+    if let Some(formats) = result["readers"].as_array() {
+        text += "\n## Readers\n\nA process that reads one file from the memory of the system; the largest of four sizes.\n\n\
+                 | format | file, MB | rows | MB/s by the clock | MB/s of processor time | memory, MB | memory / file |\n|---|---|---|---|---|---|---|\n";
+        for format in formats {
+            let size = format["sizes"].as_array().and_then(|sizes| sizes.last()).context("a format without sizes")?;
+            let (bytes, peak) = (number(&size["bytes"])?, number(&size["peak_bytes"])?);
+            let _ = writeln!(
+                text,
+                "| {} | {:.0} | {} | {} | {} | {:.0} | {:.2} |",
+                word(&format["format"]),
+                bytes / 1e6,
+                size["rows"],
+                size["mb_per_s"],
+                size["processor_mb_per_s"],
+                peak / 1e6,
+                peak / bytes
+            );
+        }
+        text += "\nA large export of an oscilloscope is read in blocks of lines, so its memory is that of the times and values that are read, 16 bytes a row.\n\
+                 The other formats are held whole while they are read.\n";
+    }
+    if let Some(counts) = result["folder"]["counts"].as_array() {
+        let _ = write!(
+            text,
+            "\n## Folders of recordings\n\n`footfall fit FOLDER` of recordings of {} s at 100 Hz, one run of each.\n\n\
+             | recordings | seconds | of all cores | ms of processor time a recording | memory |\n|---|---|---|---|---|\n",
+            result["folder"]["recording_s"]
+        );
+        for row in counts {
+            let each = 1e3 * number(&row["processor_s"])? / number(&row["recordings"])?;
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {each:.0} | {} |",
+                row["recordings"],
+                row["seconds"],
+                row["processor_s"],
+                megabytes(row)?
+            );
+        }
+    }
+    if result["readers"].is_array() {
+        text += "\n## How each grows\n\n![Time and peak memory of the readers over the size of the file, and of a folder over the number of recordings](host-growth.svg)\n";
+    }
+    Ok(text)
+}
+
+/// What is aimed at, and what was measured; a part that was not measured has no row.
+fn aims(result: &Value) -> Result<String> {
+    let mut text = String::from("\n## Aims\n\n| | aim | measured | |\n|---|---|---|---|\n");
+    let mut row = |what: &str, aim: String, measured: String, is_met: bool| {
+        text += &format!("| {what} | {aim} | {measured} | {} |\n", if is_met { "met" } else { "missed" });
+    };
+    let search = &result["search"];
+    for kernel in search["kernel"].as_array().map_or(&[][..], Vec::as_slice) {
+        let ratio = number(&kernel["to_floor"])?;
+        let what = format!("kernel of the search at {} ms, over the floor", kernel["step_ms"]);
+        row(&what, format!("{KERNEL_TO_FLOOR}"), format!("{ratio:.2}"), ratio <= KERNEL_TO_FLOOR);
+    }
+    let searches = search["search"].as_array().map_or(&[][..], Vec::as_slice);
+    for (step_ms, seconds) in SEARCH_S {
+        let Some(found) = searches.iter().find(|row| row["step_ms"] == step_ms && row["threads"] == 2) else {
+            continue;
+        };
+        let (clock, own) = (number(&found["seconds"])?, number(&found["own_percent"])?);
+        let floor = number(&search["floor_ns"])? * 5.0 / step_ms as f64 / 20.0;
+        let what = format!("search at {step_ms} ms on two cores, of which the floor is {floor:.2} s");
+        row(&what, format!("{seconds} s"), format!("{clock} s"), clock <= seconds);
+        let what = format!("own share of the genetic algorithm at {step_ms} ms on two cores");
+        row(&what, format!("{OWN_PERCENT} %"), format!("{own:.1} %"), own < OWN_PERCENT);
+    }
+    if let Some(seconds) = result["fit"]["with_report"]["seconds"].as_f64() {
+        row("a fit of 50 s with certificate and report", format!("{FIT_S} s"), format!("{seconds} s"), seconds < FIT_S);
+    }
+    for format in result["readers"].as_array().map_or(&[][..], Vec::as_slice) {
+        let Some(size) = format["sizes"].as_array().and_then(|sizes| sizes.last()) else { continue };
+        let (clock, processor) = (number(&size["mb_per_s"])?, number(&size["processor_mb_per_s"])?);
+        let what = format!("reader of {}", word(&format["format"]));
+        let measured = format!("{clock:.0} MB/s; {processor:.0} a second of processor time");
+        row(&what, format!("{READ_MB_PER_S} MB/s"), measured, clock >= READ_MB_PER_S);
+    }
+    if let Some([first, .., last]) = result["folder"]["counts"].as_array().map(Vec::as_slice) {
+        let growth = number(&last["peak_bytes"])? / number(&first["peak_bytes"])?;
+        let what =
+            format!("memory of a folder of {} recordings, over that of {}", last["recordings"], first["recordings"]);
+        row(&what, format!("{FOLDER_GROWTH}"), format!("{growth:.2}"), growth <= FOLDER_GROWTH);
+    }
+    Ok(text)
+}
+
+/// Largest ratio of the kernel to the floor.
+const KERNEL_TO_FLOOR: f64 = 1.18;
+/// Step in milliseconds, and longest time of the search on two cores, seconds.
+const SEARCH_S: [(u64, f64); 2] = [(1, 0.6), (5, 0.13)];
+/// Largest share of the genetic algorithm itself, percent.
+const OWN_PERCENT: f64 = 5.0;
+/// Longest time of a whole fit, seconds.
+const FIT_S: f64 = 1.0;
+/// Least speed of a reader.
+const READ_MB_PER_S: f64 = 200.0;
+/// Largest ratio of the memory of a large folder to that of a small one, which counts as flat.
+const FOLDER_GROWTH: f64 = 1.5;
+
+/// The search, and other programs.
+fn search(result: &Value) -> Result<String> {
+    let search = &result["search"];
+    let floor = number(&search["floor_ns"])?;
+    let mut text = String::from(
+        "\n## The thesis' search\n\n100,000 evaluations of 5 s of the four-joint network, Runge-Kutta, by the thesis' genetic algorithm. *Own share*: of the \
+         genetic algorithm\nitself, without the evaluations. With 98 new individuals a generation, vectors of 16 are filled to 88 % on one core and to 77 % on two.\n\n\
+         | | ns a network step | / floor | seconds | processor time, s | cores busy | own share |\n|---|---|---|---|---|---|---|\n",
+    );
+    let _ = writeln!(text, "| floor | {floor} | 1 | | | | |");
+    for kernel in search["kernel"].as_array().context("no kernel")? {
+        let _ = writeln!(
+            text,
+            "| kernel, {} ms, one core | {} | {:.2} | | | | |",
+            kernel["step_ms"],
+            kernel["ns"],
+            number(&kernel["to_floor"])?
+        );
+    }
+    for row in search["search"].as_array().context("no search")? {
+        let ns = number(&row["ns"])?;
+        let _ = writeln!(
+            text,
+            "| search, {} ms, threads: {} | {ns} | {:.2} | {} | {} | {:.2} | {:.1} % |",
+            row["step_ms"],
+            row["threads"],
+            ns / floor,
+            row["seconds"],
+            row["processor_s"],
+            row["cores_busy"].as_f64().unwrap_or(f64::NAN),
+            number(&row["own_percent"])?
+        );
+    }
+    let plain = number(&search["plain_f64_ns"])?;
+    let _ = writeln!(text, "| a plain loop in f64, 1 ms | {plain} | {:.1} | {:.1} | | | |", plain / floor, plain * 0.5);
+    let Some(peers) = result["peers"].as_array().filter(|peers| !peers.is_empty()) else { return Ok(text) };
+    let one = search["search"][0]["seconds"].as_f64().context("no search on one core")? / 1e5;
+    text += "\nOther programs, one evaluation on one core in the same run, with its time divided by that of an evaluation of the search at 1 ms on one core:\n\n\
+             | | ms an evaluation | / search |\n|---|---|---|\n";
+    for peer in peers {
+        match peer["seconds"].as_f64() {
+            Some(seconds) => {
+                let _ = writeln!(text, "| {} | {:.3} | {:.0} |", word(&peer["name"]), seconds * 1e3, seconds / one);
+            }
+            None => {
+                let _ = writeln!(text, "| {} | not measured: {} | |", word(&peer["name"]), word(&peer["missing"]));
+            }
+        }
+    }
+    Ok(text)
+}
+
+/// Time and memory over the size of what is read, and over the number of recordings.
+pub(crate) fn picture(result: &Value) -> Result<String> {
+    let mut panels = Vec::new();
+    if let Some(formats) = result["readers"].as_array() {
+        let curves = |of: &dyn Fn(&Value) -> Option<f64>| -> Vec<Curve> {
+            let curve = |format: &Value| {
+                let sizes = format["sizes"].as_array().map_or(&[][..], Vec::as_slice);
+                let point = |size: &Value| Some((size["bytes"].as_f64()? / 1e6, of(size)?));
+                let name = word(&format["format"]);
+                let name = name.split([',', ' ']).next().unwrap_or_default();
+                Curve::new(name, sizes.iter().filter_map(point).collect())
+            };
+            formats.iter().map(curve).collect()
+        };
+        let seconds = curves(&|size| size["seconds"].as_f64());
+        let memory = curves(&|size| Some(size["peak_bytes"].as_f64()? / 1e6));
+        panels.push(Panel::curves("reading a file: time", "size, MB", "time, s", seconds));
+        panels.push(Panel::curves("reading a file: peak memory", "size, MB", "memory, MB", memory));
+    }
+    if let Some(counts) = result["folder"]["counts"].as_array() {
+        let curve = |name: &str, of: &dyn Fn(&Value) -> Option<f64>| {
+            let point = |row: &Value| Some((row["recordings"].as_f64()?, of(row)?));
+            vec![Curve::new(name, counts.iter().filter_map(point).collect())]
+        };
+        let seconds = curve("clock", &|row| row["seconds"].as_f64());
+        let memory = curve("memory", &|row| Some(row["peak_bytes"].as_f64()? / 1e6));
+        panels.push(Panel::curves("fitting a folder: time", "recordings", "time, s", seconds));
+        // From 0, or a curve that is flat looks as if it grew.
+        let from_zero = Curve::new("", vec![(0.0, 0.0)]);
+        let memory = [memory, vec![from_zero]].concat();
+        panels.push(Panel::curves("fitting a folder: peak memory", "recordings", "memory, MB", memory));
+    }
+    draw("How the programs for the host grow", &panels, 2).map_err(anyhow::Error::msg)
+}
+
+fn number(value: &Value) -> Result<f64> {
+    value.as_f64().context("a number is missing")
+}
+
+fn word(value: &Value) -> &str {
+    value.as_str().unwrap_or("unknown")
+}
+
+fn megabytes(row: &Value) -> Result<String> {
+    Ok(format!("{:.0} MB", number(&row["peak_bytes"])? / 1e6))
+}
