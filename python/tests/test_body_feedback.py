@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -106,6 +107,14 @@ def test_differences_are_robot_by_robot_and_the_top_of_a_ladder_is_counted() -> 
     lines = tables({"none": none, "softer": law})
     assert lines[3].startswith("| softer | 1 of 2 | 25.0 | 0.400 (0.200 to 0.600), 1 |")
     assert lines[-1].startswith("| softer | +0.100 (+0.100 to +0.100) |")
+
+
+def test_the_page_has_both_lines_of_each_law() -> None:
+    lines = (ROOT / "docs" / "body.md").read_text(encoding="utf-8").splitlines()
+    for name in LAWS:
+        found = [line for line in lines if line.startswith(f"| {name} | ")]
+        assert len(found) == (1 if name == "none" else 2), name
+        assert re.match(r"\| [^|]+ \| \d+ of 50 \| ", found[0]) and all(re.match(r"\| [^|]+ \| [+-]\d", line) for line in found[1:]), name
 
 
 def test_the_command_prints_what_robots_stand_with_a_law_and_the_difference_to_none() -> None:
