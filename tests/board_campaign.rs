@@ -168,7 +168,7 @@ fn the_reader_of_the_campaign_knows_every_state_and_cause() {
     let text = std::fs::read_to_string(source).expect("the reader");
     let names = |list: &str| -> Vec<String> {
         let (_, rest) = text.split_once(&format!("const {list}: ")).expect("the list");
-        let (_, rest) = rest.split_once("= ").expect("its value");
+        let (_, rest) = rest.split_once('=').expect("its value");
         let (body, _) = rest.split_once("];").expect("its end");
         body.split('"').skip(1).step_by(2).map(str::to_owned).collect()
     };

@@ -126,6 +126,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     pub(crate) servos: Option<Servos>,
     /// When the servos were driven, in a campaign.
     driving: Option<Driving>,
+    /// The case has several faults: one before may have switched off the clock of a register that another one changes.
+    has_several_faults: bool,
     /// What the board says of itself, which the cases of a campaign compare.
     reports: Reports,
     /// The log since the last boot, as hex; `None`: not kept.
@@ -192,6 +194,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             judge_log,
             servos: None,
             driving: None,
+            has_several_faults: false,
             reports: Reports::default(),
             log: None,
             idle: IdleState::No,

@@ -239,6 +239,7 @@ impl<W: Write> BoardRun<'_, W> {
 
     fn several<'a>(&mut self, draw: &Draw<'a>) -> Result<Line<'a>> {
         let from = self.cpu.machine().seconds();
+        self.has_several_faults = true;
         for (at_s, fault) in &draw.faults {
             self.inject_at(fault, from + at_s)?;
         }
