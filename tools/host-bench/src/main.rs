@@ -57,6 +57,9 @@ enum Command {
     /// Reads a recording once, and prints the seconds that it took
     #[command(hide = true)]
     Read(readers::Options),
+    /// Writes a recording
+    #[command(hide = true)]
+    Write(readers::File),
 }
 
 /// A part of the measurement.
@@ -96,8 +99,10 @@ const QUICK: Extent =
 
 fn main() -> Result<()> {
     let options = Options::parse();
-    if let Some(Command::Read(options)) = &options.command {
-        return readers::read(options);
+    match &options.command {
+        Some(Command::Read(options)) => return readers::read(options),
+        Some(Command::Write(file)) => return file.write(),
+        None => {}
     }
     let extent = if options.quick { QUICK } else { WHOLE };
     let mut result = if options.only.is_empty() { json!({}) } else { read_result()? };
@@ -158,7 +163,7 @@ mod tests {
     fn every_part_runs() {
         let folder = tempfile::tempdir().unwrap();
         let mut result = json!({ "machine": machine::describe(), "search": search::measure(QUICK) });
-        result["readers"] = readers::within(folder.path(), QUICK, &|options| readers::once(options)).unwrap();
+        result["readers"] = readers::within(folder.path(), QUICK, &readers::File::write, &readers::once).unwrap();
         result["peers"] = json!([]);
         let page = page::page(&result).unwrap();
         for row in ["kernel", "search, 1 ms", "search, 5 ms", "CSV", "OpenSim", "C3D", "TRC", "oscilloscope", "MCAP"] {

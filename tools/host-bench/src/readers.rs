@@ -24,6 +24,23 @@ pub(crate) struct Options {
     volts: bool,
 }
 
+/// A file to be written.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct File {
+    format: Format,
+    /// The file
+    file: PathBuf,
+    /// About how many bytes it has
+    bytes: u64,
+}
+
+impl File {
+    /// Writes it.
+    pub(crate) fn write(&self) -> Result<()> {
+        self.format.write(&self.file, self.bytes)
+    }
+}
+
 /// Parts of the largest file, by which the others are smaller.
 const PARTS: [u64; 4] = [8, 4, 2, 1];
 
@@ -60,7 +77,13 @@ pub(crate) fn once(options: &Options) -> Result<Used> {
 /// Every format in sizes that double.
 pub(crate) fn measure(folder: &Path, extent: Extent) -> Result<Value> {
     let program = std::env::current_exe().context("the name of this program")?;
-    within(folder, extent, &|options: &Options| {
+    // By a child, because some are made in memory: the peak of a process counts from the size of the one that starts it.
+    let write = |file: &File| {
+        let mut command = Command::new(&program);
+        command.arg("write").arg(file.format.argument()).arg(&file.file).arg(file.bytes.to_string());
+        child::run(&mut command).map(|_| ())
+    };
+    within(folder, extent, &write, &|options: &Options| {
         let mut command = Command::new(&program);
         command.arg("read").arg(&options.file);
         if options.volts {
@@ -70,15 +93,20 @@ pub(crate) fn measure(folder: &Path, extent: Extent) -> Result<Value> {
     })
 }
 
-/// The same, with files read by `one`.
-pub(crate) fn within(folder: &Path, extent: Extent, one: &dyn Fn(&Options) -> Result<Used>) -> Result<Value> {
+/// The same, with files written by `write` and read by `one`.
+pub(crate) fn within(
+    folder: &Path,
+    extent: Extent,
+    write: &dyn Fn(&File) -> Result<()>,
+    one: &dyn Fn(&Options) -> Result<Used>,
+) -> Result<Value> {
     let mut formats = Vec::new();
     for format in Format::ALL {
         let largest = if format == Format::Scope { extent.largest_scope } else { extent.largest_file };
         let mut sizes = Vec::new();
         for part in PARTS {
             let file = folder.join(format!("reader.{}", format.extension()));
-            format.write(&file, largest / part)?;
+            write(&File { format, file: file.clone(), bytes: largest / part })?;
             let bytes = std::fs::metadata(&file).with_context(|| format!("reading {}", file.display()))?.len();
             let options = Options { file: file.clone(), volts: format == Format::Scope };
             let runs = (0..extent.runs).map(|_| one(&options)).collect::<Result<Vec<Used>>>()?;

@@ -1,6 +1,7 @@
 //! Writes recordings of any size: the same walk, in each format as its programs write it.
 
 use anyhow::{Context, Result};
+use clap::ValueEnum as _;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use std::collections::BTreeMap;
@@ -16,7 +17,7 @@ mod c3d_writer;
 use c3d_writer::{C3d, Format as Numbers};
 
 /// A format of the files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Format {
     Csv,
     OpenSim,
@@ -38,6 +39,11 @@ impl Format {
             Self::Mcap => "MCAP, JointState",
             Self::Scope => "oscilloscope CSV, 2 columns",
         }
+    }
+
+    /// The word for it in a command line.
+    pub(crate) fn argument(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
 
     pub(crate) const fn extension(self) -> &'static str {
