@@ -42,9 +42,9 @@ pub const LEAST_RANGE_DEG: f64 = 1.0;
 /// Random starts of a generator that is only compared, as in the check of the thesis' network; the certificate has more.
 const COMPARED_STARTS: u32 = 100;
 
-/// Part of the networks that the search for a thesis network simulates if it is only compared: with six times as many its error is the
+/// Part of the networks that the search for a thesis network simulates if it is only compared: with three times as many its error is the
 /// same within a few percent (`docs/fitting.md`), because its equations limit it and not the search.
-const COMPARED_PART: usize = 6;
+const COMPARED_PART: usize = 3;
 
 /// Goal for the error of hip and knee against the mean stride, degrees.
 pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];

@@ -52,9 +52,9 @@ fn a_fit_has_the_same_orbit_on_the_core() {
     assert_eq!(fit, fit_thesis(&target, 1.1, &settings, &mut |_| ()));
 }
 
-/// A network that is only compared is searched with a sixth of the evaluations: its error is that of the whole search within a few percent.
+/// A network that is only compared is searched with a third of the evaluations: its error is that of the whole search within a few percent.
 #[test]
-fn a_sixth_of_the_evaluations_has_the_same_error() {
+fn a_third_of_the_evaluations_has_the_same_error() {
     let error = |target: &Cycle, evaluations: usize| -> f64 {
         let settings = SearchSettings { evaluations, ..SearchSettings::default() };
         gait_trace::root_mean_square(&fit_thesis(target, 1.1, &settings, &mut |_| ()).rmse_deg)
@@ -63,12 +63,12 @@ fn a_sixth_of_the_evaluations_has_the_same_error() {
         .map(|knees| {
             let mut target = stride();
             target.0[2..].as_flattened_mut().iter_mut().for_each(|x| *x = 22.0 + (*x - 22.0) * knees);
-            let (few, all) = (error(&target, 10_000), error(&target, 60_000));
+            let (few, all) = (error(&target, 20_000), error(&target, 60_000));
             println!("{few:.3} and {all:.3} degrees");
             few / all
         })
         .into();
-    assert!(ratios.iter().sum::<f64>() / 3.0 < 1.05 && ratios.iter().all(|ratio| *ratio < 1.2), "{ratios:?}");
+    assert!(ratios.iter().sum::<f64>() / 3.0 < 1.05 && ratios.iter().all(|ratio| *ratio < 1.15), "{ratios:?}");
 }
 
 /// Without budget, stride or valid period the fit is refused with the reason.

@@ -90,12 +90,37 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
         let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong_file(error.to_string()))?;
         let ended = ["error", "generator", "skipped"].into_iter().any(|key| outcome[key].is_string());
         if outcome["recording"].is_string() && ended {
-            Ok(outcome)
+            Ok(without_curves(outcome, path))
         } else {
             Err(wrong_file("is no result of a fit".into()))
         }
     };
     names.iter().map(read).collect()
+}
+
+/// Key of the file of a result, in what is kept of it.
+const FILE: &str = "result_file";
+
+/// What the summaries have of a result, without its curves: a folder may have thousands, and each would take a hundred kilobytes.
+fn without_curves(mut outcome: Value, path: &Path) -> Value {
+    let drive = &outcome["certificate"]["drive"];
+    let drive = json!({ "walks": drive["walks"], "why_not": drive["why_not"] });
+    let certificate = json!({ "accepted": outcome["certificate"]["accepted"], "drive": drive });
+    if let Some(fields) = outcome.as_object_mut() {
+        for key in ["curves", "compared", "findings", "left_out", "settings"] {
+            fields.remove(key);
+        }
+        fields.insert("certificate".into(), certificate);
+        fields.insert(FILE.into(), path.to_string_lossy().into());
+    }
+    outcome
+}
+
+/// The curves of a result, from its file; null if it can no longer be read.
+fn curves_of(outcome: &Value) -> Value {
+    let path = outcome[FILE].as_str().unwrap_or_default();
+    let bytes = bounded::bytes(Path::new(path), MOST_BYTES).unwrap_or_default();
+    serde_json::from_slice::<Value>(&bytes).map_or(Value::Null, |mut outcome| outcome["curves"].take())
 }
 
 fn header() -> Vec<String> {

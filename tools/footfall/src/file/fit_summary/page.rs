@@ -83,7 +83,9 @@ fn table(page: &mut String, folder: &Path, fitted: &[&Value]) {
     *page += "</tr></thead><tbody role=\"rowgroup\">";
     for (n, outcome) in fitted.iter().enumerate() {
         *page += "<tr role=\"row\">";
-        let cells = cells(folder, outcome).into_iter().chain((0..Joint::COUNT).map(|j| joint_cell(outcome, n, j)));
+        let curves = super::curves_of(outcome);
+        let cells =
+            cells(folder, outcome).into_iter().chain((0..Joint::COUNT).map(|j| joint_cell(outcome, &curves, n, j)));
         for (k, (Cell(html, key), head)) in cells.zip(&heads).enumerate() {
             let key = escape(&key);
             let _ = if k == 0 {
@@ -132,8 +134,8 @@ fn cells(folder: &Path, outcome: &Value) -> Vec<Cell> {
 }
 
 /// The small picture of a joint, and its error on strides that were not fitted.
-fn joint_cell(outcome: &Value, row: usize, joint: usize) -> Cell {
-    let curves = &outcome["curves"][joint];
+fn joint_cell(outcome: &Value, curves: &Value, row: usize, joint: usize) -> Cell {
+    let curves = &curves[joint];
     let line = |class: &'static str, key: &str| {
         let values = curves[key].as_array().into_iter().flatten().filter_map(Value::as_f64);
         Layer::Line(class, values.enumerate().map(|(k, angle)| (k as f64, angle)).collect())
