@@ -11,11 +11,12 @@ use footfall_tests::workspace::{assert_none, files_ending, read};
 const FIRMWARE: [&str; 2] = ["firmware/src/", "firmware-rp2040/src/"];
 
 /// Types of which no reader sees half a value, by their beginning.
-const WHOLE: [&str; 14] = [
+const WHOLE: [&str; 15] = [
     "AtomicBool",
     "AtomicU8",
     "AtomicU32",
     "[AtomicU32;",
+    "[[AtomicU32;",
     // One word; who may follow it is written where it is read.
     "AtomicPtr<Control>",
     // A value that is put in and taken out with interrupts off.

@@ -71,7 +71,8 @@ impl PulseCheck {
         let mut all = true;
         for ((limits, pulse), (reached, goal)) in self.limits.iter().zip(pulses).zip(reached.iter_mut().zip(goals)) {
             let (shortest, longest) = if trims { limits.servo } else { limits.joint };
-            *reached += (goal - *reached).clamp(-limits.way, limits.way);
+            // Not `clamp`, which has a panic for limits in the wrong order.
+            *reached += (goal - *reached).min(limits.way).max(-limits.way);
             all &= pulse.0 >= shortest && pulse.0 <= longest && goal.abs_diff(*reached) <= AHEAD;
         }
         if all {

@@ -1,7 +1,7 @@
 //! `footfall fit`: one recording with certificate and report, and folders of many.
 
-use crate::Extent;
 use crate::child::{self, Used};
+use crate::extent::Extent;
 use crate::recordings;
 use crate::times::{median, rounded};
 use anyhow::{Context, Result};

@@ -12,6 +12,7 @@
 //! JSON object; page and picture are made from it.
 
 mod child;
+mod extent;
 mod fits;
 mod machine;
 mod page;
@@ -25,6 +26,8 @@ use anyhow::{Context, Result};
 use clap::{Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+
+use extent::Extent;
 
 /// Measures the programs for the host.
 #[derive(Debug, Parser)]
@@ -72,31 +75,6 @@ enum Part {
     Folder,
 }
 
-/// How much is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Extent {
-    /// Runs of each measurement.
-    runs: usize,
-    /// The largest file of a reader, bytes.
-    largest_file: u64,
-    /// The largest export of an oscilloscope, bytes.
-    largest_scope: u64,
-    /// Numbers of recordings in a folder.
-    recordings: &'static [usize],
-    /// Generations of the genetic algorithm.
-    generations: usize,
-}
-
-const WHOLE: Extent = Extent {
-    runs: 5,
-    largest_file: 64 << 20,
-    largest_scope: 238_000_000,
-    recordings: &[10, 100, 1000],
-    generations: 1000,
-};
-const QUICK: Extent =
-    Extent { runs: 1, largest_file: 1 << 18, largest_scope: 3 << 20, recordings: &[1, 2], generations: 3 };
-
 fn main() -> Result<()> {
     let options = Options::parse();
     match &options.command {
@@ -104,7 +82,7 @@ fn main() -> Result<()> {
         Some(Command::Write(file)) => return file.write(),
         None => {}
     }
-    let extent = if options.quick { QUICK } else { WHOLE };
+    let extent = if options.quick { Extent::QUICK } else { Extent::WHOLE };
     let mut result = if options.only.is_empty() { json!({}) } else { read_result()? };
     measure(&options, extent, &mut result)?;
     let text = serde_json::to_string_pretty(&result).context("writing the result")? + "\n";
@@ -162,8 +140,9 @@ mod tests {
     #[test]
     fn every_part_runs() {
         let folder = tempfile::tempdir().unwrap();
-        let mut result = json!({ "machine": machine::describe(), "search": search::measure(QUICK) });
-        result["readers"] = readers::within(folder.path(), QUICK, &readers::File::write, &readers::once).unwrap();
+        let mut result = json!({ "machine": machine::describe(), "search": search::measure(Extent::QUICK) });
+        result["readers"] =
+            readers::within(folder.path(), Extent::QUICK, &readers::File::write, &readers::once).unwrap();
         result["peers"] = json!([]);
         let page = page::page(&result).unwrap();
         for row in ["kernel", "search, 1 ms", "search, 5 ms", "CSV", "OpenSim", "C3D", "TRC", "oscilloscope", "MCAP"] {

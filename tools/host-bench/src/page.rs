@@ -70,7 +70,7 @@ pub(crate) fn page(result: &Value) -> Result<String> {
     if let Some(counts) = result["folder"]["counts"].as_array() {
         let _ = write!(
             text,
-            "\n## Folders of recordings\n\n`footfall fit FOLDER` of recordings of {} s at 100 Hz, one run of each.\n\n\
+            "\n## Folders of recordings\n\n`fit` of folders with recordings of {} s at 100 Hz, one run of each.\n\n\
              | recordings | seconds | of all cores | ms of processor time a recording | memory |\n|---|---|---|---|---|\n",
             result["folder"]["recording_s"]
         );

@@ -1,6 +1,6 @@
 //! One evaluation of the search in other programs: GNU Octave, SciPy and Numba.
 
-use crate::Extent;
+use crate::extent::Extent;
 use crate::times::{median, rounded};
 use serde_json::{Value, json};
 use std::path::PathBuf;

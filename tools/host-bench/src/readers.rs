@@ -1,7 +1,7 @@
 //! The readers of recordings: megabytes a second and peak memory of a process that reads one file, over the size of the file.
 
-use crate::Extent;
 use crate::child::{self, Used};
+use crate::extent::Extent;
 use crate::recordings::Format;
 use crate::times::{median, rounded};
 use anyhow::{Context, Result};

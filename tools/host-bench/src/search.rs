@@ -4,7 +4,7 @@
 //! multiply-adds and additions, whose results are used. Floor and kernel take turns of a few milliseconds; the ratio is the median of
 //! the ratios of neighbours.
 
-use crate::Extent;
+use crate::extent::Extent;
 use crate::times::{median, rounded, time};
 use gait_fit::search::{Evaluator, Network, Random};
 use pulp::{Arch, Simd, WithSimd};

@@ -94,7 +94,7 @@ fn ends(kind: &str) -> Ends {
             Ends { causes: CLOCKS, reset: true, silence: true, refusal: true }
         }
         "pll" => Ends { causes: PLL, reset: true, silence: true, refusal: true },
-        "lsi" => Ends { causes: WATCHDOG, reset: true, ..NOTHING },
+        "lsi" | "lsi-drift" => Ends { causes: WATCHDOG, reset: true, ..NOTHING },
         "overrun" | "dma" | "transfer" | "transfer-stall" | "transfer-lost" | "conversion-stall" | "trigger" => {
             Ends { causes: CONVERTER, reset: true, silence: true, ..NOTHING }
         }

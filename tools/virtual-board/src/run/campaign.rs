@@ -9,8 +9,8 @@ use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
-use super::case::cpu_s;
-use crate::campaign::{Campaign, Draw, Fault, Run, Sequence, Several};
+use super::case::{Item, cpu_s, write_line};
+use crate::campaign::{Campaign, Run, Several};
 use crate::cpu::{Cpu as _, Reg};
 use crate::inject::{Injection, InjectionKind};
 use crate::report;
@@ -35,28 +35,6 @@ pub(crate) struct Plan<'a> {
     pub(crate) every: usize,
     /// Cases at a time.
     pub(crate) jobs: usize,
-}
-
-/// A case, which begins in a state.
-#[derive(Debug)]
-pub(super) enum Item<'a> {
-    /// A fault at a phase of the servo frame.
-    Fault(&'a Fault, u32),
-    /// Gestures and faults.
-    Sequence(&'a Sequence),
-    /// Several faults at random.
-    Several(Draw<'a>),
-}
-
-impl<'a> Item<'a> {
-    /// Name of its fault or sequence.
-    pub(super) fn name(&self) -> Option<&'a str> {
-        match self {
-            Item::Fault(fault, _) => Some(&fault.name),
-            Item::Sequence(sequence) => Some(&sequence.name),
-            Item::Several(_) => None,
-        }
-    }
 }
 
 impl Plan<'_> {
@@ -288,15 +266,6 @@ impl Pool {
 
 const fn on_or_off(outputs: bool) -> &'static str {
     if outputs { "on" } else { "off" }
-}
-
-/// Writes a line at once: lines of several processes do not mix.
-pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
-    let mut text = serde_json::to_vec(line)?;
-    text.push(b'\n');
-    let mut out = std::io::stdout().lock();
-    out.write_all(&text)?;
-    Ok(out.flush()?)
 }
 
 #[cfg(test)]

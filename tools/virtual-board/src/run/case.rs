@@ -6,7 +6,6 @@ use anyhow::Result;
 use serde::Serialize;
 
 use super::BoardRun;
-use super::campaign::{Item, write_line};
 use crate::campaign::{Campaign, Draw, Driving, Expected, FAULT, Fault, Reaction, Reports, Sequence, Status};
 use crate::inject::{Injection, InjectionKind};
 use crate::plant::ButtonPress;
@@ -21,6 +20,28 @@ const AFTERWARDS_S: f64 = 0.06;
 const EFFECT_S: f64 = 1.2;
 /// Watched after the last of several faults, s.
 const AFTER_SEVERAL_S: f64 = 0.3;
+
+/// A case, which begins in a state.
+#[derive(Debug)]
+pub(super) enum Item<'a> {
+    /// A fault at a phase of the servo frame.
+    Fault(&'a Fault, u32),
+    /// Gestures and faults.
+    Sequence(&'a Sequence),
+    /// Several faults at random.
+    Several(Draw<'a>),
+}
+
+impl<'a> Item<'a> {
+    /// Name of its fault or sequence.
+    pub(super) fn name(&self) -> Option<&'a str> {
+        match self {
+            Item::Fault(fault, _) => Some(&fault.name),
+            Item::Sequence(sequence) => Some(&sequence.name),
+            Item::Several(_) => None,
+        }
+    }
+}
 
 /// A line of the output.
 #[derive(Debug, Default, Serialize)]
@@ -281,6 +302,15 @@ fn first_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
         (Some(a), Some(b)) => Some(a.min(b)),
         (a, b) => a.or(b),
     }
+}
+
+/// Writes a line at once: lines of several processes do not mix.
+pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
+    let mut text = serde_json::to_vec(line)?;
+    text.push(b'\n');
+    let mut out = std::io::stdout().lock();
+    out.write_all(&text)?;
+    Ok(out.flush()?)
 }
 
 /// Processor time of this process, s; `None` where the system does not say it in this file.

@@ -1,6 +1,7 @@
 //! One table of all fits in a folder: as CSV, as JSON, as a page.
 
 mod page;
+mod result_file;
 
 use joint_units::Joint;
 use serde_json::{Value, json};
@@ -11,6 +12,9 @@ use crate::file::bounded;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::output::{check as check_output, write_text};
+use result_file::FILE;
+
+pub use result_file::MOST_BYTES;
 
 const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
 
@@ -26,9 +30,6 @@ const RESULT: &str = ".fit.json";
 
 /// End of the name of a file that says why a recording was skipped.
 pub const SKIPPED: &str = ".skipped.json";
-
-/// Most bytes of a result or of a summary.
-pub const MOST_BYTES: u64 = 64 << 20;
 
 /// Refuses to replace files of the summaries' names that are not summaries, unless that is allowed.
 ///
@@ -98,9 +99,6 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
     names.iter().map(read).collect()
 }
 
-/// Key of the file of a result, in what is kept of it.
-const FILE: &str = "result_file";
-
 /// What the summaries have of a result, without its curves: a folder may have thousands, and each would take a hundred kilobytes.
 fn without_curves(mut outcome: Value, path: &Path) -> Value {
     let drive = &outcome["certificate"]["drive"];
@@ -114,13 +112,6 @@ fn without_curves(mut outcome: Value, path: &Path) -> Value {
         fields.insert(FILE.into(), path.to_string_lossy().into());
     }
     outcome
-}
-
-/// The curves of a result, from its file; null if it can no longer be read.
-fn curves_of(outcome: &Value) -> Value {
-    let path = outcome[FILE].as_str().unwrap_or_default();
-    let bytes = bounded::bytes(Path::new(path), MOST_BYTES).unwrap_or_default();
-    serde_json::from_slice::<Value>(&bytes).map_or(Value::Null, |mut outcome| outcome["curves"].take())
 }
 
 fn header() -> Vec<String> {

@@ -7,6 +7,8 @@ use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use super::result_file::curves_of;
+
 /// Title of the page, by which a summary is recognised, and its heading.
 const TITLES: [&str; 2] = ["fits", "Fits of a folder"];
 
@@ -83,7 +85,7 @@ fn table(page: &mut String, folder: &Path, fitted: &[&Value]) {
     *page += "</tr></thead><tbody role=\"rowgroup\">";
     for (n, outcome) in fitted.iter().enumerate() {
         *page += "<tr role=\"row\">";
-        let curves = super::curves_of(outcome);
+        let curves = curves_of(outcome);
         let cells =
             cells(folder, outcome).into_iter().chain((0..Joint::COUNT).map(|j| joint_cell(outcome, &curves, n, j)));
         for (k, (Cell(html, key), head)) in cells.zip(&heads).enumerate() {
