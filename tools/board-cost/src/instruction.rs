@@ -349,7 +349,7 @@ mod tests {
             (&[0xEC51, 0x0B10], Class::FloatMove { cycles: 2 }), // vmov r0, r1, d0
             (&[0xEE10, 0x0A10], Class::FloatMove { cycles: 2 }), // vmov r0, s0
             (&[0xEEB0, 0x0A60], Class::FloatMove { cycles: 1 }), // vmov.f32 s0, s1
-            (&[0xEEB7, 0x0A00], Class::FloatMove { cycles: 1 }), // vmov.f32 s0, #1.0
+            (&[0xEEB7, 0x0A00], Class::Data { cycles: 1 }),      // vmov.f32 s0, #1.0, which the decoder calls FCONSTS
             (&[0xEE30, 0x0A20], Class::Float { cycles: 1, accumulates: false }), // vadd.f32 s0, s0, s1
             (&[0xEE00, 0x0A81], Class::Float { cycles: 3, accumulates: true }), // vmla.f32 s0, s1, s2
             (&[0xEEA0, 0x0A81], Class::Float { cycles: 3, accumulates: true }), // vfma.f32 s0, s1, s2

@@ -26,7 +26,7 @@ pub enum Stage {
     Blend,
     /// Range, envelope, rate and acceleration.
     Gate,
-    /// Angles to pulses, and the compare registers.
+    /// Angles to pulses, their check, and the compare registers.
     Servo,
     /// The frame, its hash, and the queues to telemetry.
     Record,
@@ -110,6 +110,7 @@ const RULES: &[Rule] = &[
     Rule(Stage::Tick, LOOP, ">::tick"),
     Rule(Stage::CheckBoard, "<firmware::servo_pwm::Outputs>::", "as_written"),
     Rule(Stage::CheckBoard, "firmware::clocks::is_as_started", ""),
+    Rule(Stage::CheckBoard, "firmware::sampling::is_as_started", ""),
     Rule(Stage::Measure, "firmware::tasks::sensor::sensor_step", ""),
     Rule(Stage::Measure, LOOP, ">::measure"),
     Rule(Stage::Supervise, LOOP, ">::count"),
@@ -124,6 +125,7 @@ const RULES: &[Rule] = &[
     Rule(Stage::Blend, "<joint_loop::motion::blend::Blend>::", "advance_from"),
     Rule(Stage::Gate, "<joint_loop::motion::gate::Gate>::", "limit"),
     Rule(Stage::Servo, "<joint_loop::motion::servo::ServoMap>::", "pulses"),
+    Rule(Stage::Servo, "<firmware::pulse_check::PulseCheck>::", "allows"),
     Rule(Stage::Servo, "<firmware::servo_pwm::Outputs>::", "drive"),
     Rule(Stage::Record, LOOP, ">::record"),
     Rule(Stage::Record, "<firmware::tasks::control::Control>::", "report"),

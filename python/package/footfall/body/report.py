@@ -252,7 +252,7 @@ def main(arguments: Sequence[str]) -> int:
     """Runs the command line and returns its exit code: 0 for a run, 1 for a run that failed, 2 for wrong input; no unit."""
     parser = argparse.ArgumentParser(
         prog="python -m footfall.body report",
-        description="Prints every number of docs/body.md, with a SHA-256 of the pulses and of the trunk's path of each line. Two runs are equal.",
+        description="Prints the tables of docs/body.md that say what the body does, with a SHA-256 of the pulses and of the trunk's path of each line. Two runs are equal.",
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
