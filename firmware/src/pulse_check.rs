@@ -1,8 +1,11 @@
 //! A second look at the pulses, after the loop: inside the range of each joint, and no faster than its rate.
 //!
-//! The loop limits every angle, but its limits, its servo maps and its positions are variables, and a bit of any of them can change: by radiation, by a
-//! supply that sags, by a pointer gone wrong. This check has limits of its own, made from the robot's parameters at the boot and kept apart from the
-//! loop. One changed bit on either side makes the outputs go off, or nothing; not a pulse that nobody asked for.
+//! The loop limits every angle, but its limits, its servo maps and its positions are variables, and a bit of any of them can change. This check has
+//! limits of its own, made from the robot's parameters at the boot and kept apart from the loop. One changed bit in the loop or in the check does not
+//! make a pulse outside of a joint's range, nor a motion faster than its rate: the outputs go off.
+//!
+//! What it does not find: a wrong motion within range and rate, one that breaks the pose envelope or the acceleration, and where a motion begins, as it
+//! knows no position before the first pulse.
 //!
 //! ```
 //! use firmware::pulse_check::PulseCheck;

@@ -52,7 +52,7 @@ fn a_fit_has_the_same_orbit_on_the_core() {
     assert_eq!(fit, fit_thesis(&target, 1.1, &settings, &mut |_| ()));
 }
 
-/// A network that is only compared is searched with a third of the evaluations: its error is that of the whole search within a few percent.
+/// A network that is only compared is searched with a third of the evaluations: its error is hardly above that of the whole search.
 #[test]
 fn a_third_of_the_evaluations_has_the_same_error() {
     let error = |target: &Cycle, evaluations: usize| -> f64 {

@@ -1,4 +1,4 @@
-"""Every number of docs/body.md by one command, ``python -m footfall.body report``: the runs in a list, and the tables of the page."""
+"""What the body does, for docs/body.md, by one command, ``python -m footfall.body report``: the runs in a list, and the tables of the page."""
 
 import argparse
 import json
