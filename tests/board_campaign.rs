@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         a_sample_of_the_faults_leads_to_the_declared_reactions(Image),
         every_hang_ends_in_time_at_any_watchdog_clock(Image),
         several_faults_at_once_leave_the_pulses_inside_the_limits(Image),
+        a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
         a_wrong_reaction_at_rest_is_noticed(Image),
         a_state_that_is_not_as_declared_ends_the_campaign(Image),
@@ -200,6 +201,30 @@ fn several_faults_at_once_leave_the_pulses_inside_the_limits() {
     let case = &outcome.cases[outcome.cases.len() / 2];
     let alone = campaign::run(&faults_file(), "walk", &["--several", "1", "--seed", &case["seed"].to_string()]);
     assert_eq!(&alone.cases[0], case);
+}
+
+/// Bits of the static that holds the control loop: its limits, servo maps and positions. Some of them would make wrong pulses, which the check of the
+/// pulses after the loop refuses; without it, the rules at the pins find them.
+fn a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses() {
+    let bytes = std::fs::read(std::env::var_os("FOOTFALL_ELF").expect("FOOTFALL_ELF")).expect("the image");
+    let elf = object::File::parse(&*bytes).expect("an ELF");
+    let name = |symbol: &object::Symbol<'_, '_>| symbol.name().expect("UTF-8").to_owned();
+    let first = elf.symbols().find(|symbol| name(symbol).ends_with("firmware4boot4LOOP")).expect("the loop");
+    let end = first.address() + first.size();
+    let after = elf.symbols().filter(|symbol| symbol.address() >= end && symbol.kind() == object::SymbolKind::Data);
+    let after = after.min_by_key(object::ObjectSymbol::address).expect("a static after it");
+    let (first, after) = (name(&first), name(&after));
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let group = format!(
+        "[[memory]]\nname = \"loop\"\nsymbols = [\"{first}\", \"{after}\"]\ncount = 1200\nstates = [\"walking\"]\n"
+    );
+    std::fs::write(file.path(), format!("{}{group}", head())).expect("written");
+    let outcome = campaign::run(file.path(), "walk", &["--every", "20"]);
+    assert_good(&outcome);
+    let refused = outcome.cases.iter().filter(|case| case["says"] == "fault (outputs)").count();
+    report!("{} bits, {refused} of them found by the check, none makes a wrong pulse", outcome.cases.len());
+    assert_eq!(outcome.cases.len(), 1200);
+    assert!(refused >= 3, "{refused}");
 }
 
 /// Limits within which no walk fits, and reactions that do not come.
