@@ -16,7 +16,7 @@ type Loop = JointLoop<Walk, 1>;
 const CODES: std::ops::RangeInclusive<u16> = 0..=4095;
 
 /// The 51st tick with a sensor that is not good stops; the 41st with a supply that is too low switches off.
-const TOLERATED: u32 = 50;
+const TOLERATED: u32 = 48;
 const SUPPLY_TOLERATED: u32 = 40;
 
 /// What a constant code comes to; `None` at the ends of a range, where the converter's rounding decides.
@@ -201,7 +201,7 @@ fn every_change_of_validity_is_counted() {
         let joints = reach(&default_loop(), state);
         for (first, second) in KINDS.iter().flat_map(|first| KINDS.iter().map(move |second| (first, second))) {
             for (long, longer) in
-                [1, 5, 19, 20, 25, 41, 50].into_iter().flat_map(|a| [1, 20, 40, 50, 60].map(|b| (a, b)))
+                [1, 5, 19, 20, 25, 41, 48].into_iter().flat_map(|a| [1, 20, 40, 50, 60].map(|b| (a, b)))
             {
                 let mut run = Run::of(&joints);
                 let (mut bad, mut low) = (0_u32, 0_u32);

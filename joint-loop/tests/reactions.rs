@@ -77,14 +77,14 @@ fn boot_ends_in_disarmed_for_all_inputs() {
 fn a_sensor_may_be_bad_for_50_ms_at_most() {
     for state in [SupervisorState::Arming, SupervisorState::Walking] {
         let joints = reach(&default_loop(), state);
-        // 50 bad ticks have no effect. The 51st starts a hurried stop.
-        for (bad, after, cause) in [(50, state, Cause::None), (51, SupervisorState::Stopping, Cause::SensorOpen)] {
+        // 48 bad ticks have no effect. The 49th starts a hurried stop.
+        for (bad, after, cause) in [(48, state, Cause::None), (49, SupervisorState::Stopping, Cause::SensorOpen)] {
             let mut joints = joints.clone();
             run(&mut joints, bad, |s| Sample { codes: [support::OPEN], ..s });
             assert_eq!((joints.state(), joints.frame().cause), (after, cause), "{bad} ticks");
         }
         let mut joints = joints.clone();
-        let command = run(&mut joints, 50 + 303, |s| Sample { codes: [support::OPEN], ..s });
+        let command = run(&mut joints, 48 + 303, |s| Sample { codes: [support::OPEN], ..s });
         assert_eq!((joints.state(), command), (SupervisorState::Disarmed, Command::OFF));
         // It does not move again by itself, nor by a hold while the wire is open. The frame has the cause.
         for (ticks, button) in [(400, true), (40, false)] {
@@ -179,11 +179,11 @@ fn every_validity_has_the_reaction_of_the_table() {
 }
 
 /// Faults that end within the tolerance do not change the motion: a spike before it becomes a rate, a saturated code before it
-/// becomes an open wire, and a wire that is open for 31 ms, whose samples are rejected for 19 ms more.
+/// becomes an open wire, and a wire that is open for 29 ms, whose samples are rejected for 19 ms more.
 #[test]
 fn a_fault_within_the_tolerance_does_not_change_the_motion() {
     for (validity, ticks) in
-        [(Validity::Spike, 4), (Validity::Saturated, 19), (Validity::Rate, 50), (Validity::Open, 31)]
+        [(Validity::Spike, 4), (Validity::Saturated, 19), (Validity::Rate, 48), (Validity::Open, 29)]
     {
         let mut joints = correct_in(SupervisorState::Walking, validity);
         let mut other = joints.clone();

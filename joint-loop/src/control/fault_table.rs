@@ -2,13 +2,13 @@
 //!
 //! | validity | cause | classified | rejected | independent | acts | follower | acts |
 //! |---|---|---|---|---|---|---|---|
-//! | open | sensor_open | 20 | 1 | park | 51 | freewheel | 21 |
-//! | short | sensor_short | 20 | 1 | park | 51 | freewheel | 21 |
-//! | saturated | sensor_saturated | 1 | 1 | carry on | 51 | carry on | 21 |
-//! | stuck | sensor_stuck | 1000 | 1000 | park | 1050 | freewheel | 1020 |
-//! | spike | sensor_spike | 1 | 1 | carry on | 51 | carry on | 21 |
-//! | rate | sensor_rate | 5 | 1 | park | 51 | freewheel | 21 |
-//! | out_of_table | sensor_out_of_table | 1 | 1 | park | 51 | freewheel | 21 |
+//! | open | sensor_open | 20 | 1 | park | 49 | freewheel | 21 |
+//! | short | sensor_short | 20 | 1 | park | 49 | freewheel | 21 |
+//! | saturated | sensor_saturated | 1 | 1 | carry on | 49 | carry on | 21 |
+//! | stuck | sensor_stuck | 1000 | 1000 | park | 1048 | freewheel | 1020 |
+//! | spike | sensor_spike | 1 | 1 | carry on | 49 | carry on | 21 |
+//! | rate | sensor_rate | 5 | 1 | park | 49 | freewheel | 21 |
+//! | out_of_table | sensor_out_of_table | 1 | 1 | park | 49 | freewheel | 21 |
 //! | supply_low | supply | 1 | 1 | off | 41 | off | 41 |
 //!
 //! Times are in ms from the last correct sample, with the default configuration at 1 kHz: `n` ms is the n-th wrong sample.
@@ -45,7 +45,7 @@ use hgod_adc::Validity;
 
 /// How long a required sensor may be not good while the joints move, in ms: the default of
 /// [`crate::MonitorConfig::sensor_tolerance_s`].
-pub const SENSOR_TOLERANCE_MS: u16 = 50;
+pub const SENSOR_TOLERANCE_MS: u16 = 48;
 
 /// Longest time from the first tick of a hurried stop to the first tick with the outputs off, in ms: the ramp of 0.3 s and the
 /// delay of the gate.
@@ -113,7 +113,7 @@ impl FaultResponse {
     /// use hgod_adc::Validity;
     /// use joint_loop::{Response, Cause, fault_response};
     /// let open = fault_response(Validity::Open).expect("a reaction");
-    /// assert_eq!((open.cause, open.independent, open.stops_ms()), (Cause::SensorOpen, Response::Park, 51));
+    /// assert_eq!((open.cause, open.independent, open.stops_ms()), (Cause::SensorOpen, Response::Park, 49));
     /// ```
     #[must_use]
     pub const fn stops_ms(&self) -> u16 {

@@ -80,11 +80,12 @@ pub struct MonitorConfig {
 }
 
 impl MonitorConfig {
-    /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); a stand of 10 s, longer than one before a
-    /// step or at a door; gaps of 5 and 10 ms; 5 late ticks of 100, 9 missed periods and 2 overruns per second.
+    /// Sensor required; tolerances of 48 ms for a sensor, so that a wire that breaks at any moment stops the motion within 50 ms, and of 50 ms for the
+    /// pose; a stand of 10 s, longer than one before a step or at a door; gaps of 5 and 10 ms; 5 late ticks of 100, 9 missed periods and 2 overruns per
+    /// second.
     pub const DEFAULT: Self = Self {
         sensor_required: true,
-        sensor_tolerance_s: 0.05,
+        sensor_tolerance_s: 0.048,
         stand_s: FollowerRules::DEFAULT.disarm_after_stand_s,
         stop_test_required: false,
         watchdog_clock_required: false,
@@ -552,7 +553,7 @@ mod tests {
         assert_eq!(see(10_000, true, true), Demand::Go);
     }
 
-    /// A sensor that was bad for as long as a follower tolerates arms again after 51 good ticks.
+    /// A sensor that was bad for as long as a follower tolerates arms again after 49 good ticks.
     #[test]
     fn a_long_tolerance_is_for_motion_only() {
         let config = MonitorConfig { sensor_tolerance_s: 5.0, ..MonitorConfig::DEFAULT };
@@ -564,7 +565,7 @@ mod tests {
         assert_eq!(see(5_000, Validity::Open, true), Demand::Go);
         assert_eq!(see(1, Validity::Open, true), Demand::Stop(Cause::SensorOpen));
         see(10_000, Validity::Open, false);
-        assert_eq!(see(50, Validity::Good, false), Demand::Stop(Cause::SensorOpen));
+        assert_eq!(see(48, Validity::Good, false), Demand::Stop(Cause::SensorOpen));
         assert_eq!(see(1, Validity::Good, false), Demand::Go);
     }
 
@@ -576,20 +577,20 @@ mod tests {
             let seen = Observation { sensors, moving, ..FAULTLESS };
             (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
         };
-        assert_eq!(see(50, false, true), Demand::Go);
+        assert_eq!(see(48, false, true), Demand::Go);
         assert_eq!(see(1, false, true), Demand::Stop(Cause::SensorOutOfTable));
-        // After any duration: arming needs 51 good ticks, moving needs one.
+        // After any duration: arming needs 49 good ticks, moving needs one.
         see(10_000, false, true);
         assert_eq!(see(1, true, true), Demand::Go);
-        assert_eq!(see(49, true, false), Demand::Stop(Cause::SensorOutOfTable));
+        assert_eq!(see(47, true, false), Demand::Stop(Cause::SensorOutOfTable));
         assert_eq!(see(1, true, false), Demand::Go);
         assert_eq!(see(1, false, false), Demand::Stop(Cause::SensorOutOfTable));
         // Missed periods count with the tick after them.
         see(100, true, true);
         let bad = |elapsed| Observation { sensors: Validity::OutOfTable, elapsed, ..FAULTLESS };
         assert_eq!(monitor.judge(&mut monitor_state, &bad(5)), Demand::Go);
-        let demands: Vec<_> = (6..=51).map(|_| monitor.judge(&mut monitor_state, &bad(1))).collect();
-        assert_eq!(demands[44..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
+        let demands: Vec<_> = (6..=49).map(|_| monitor.judge(&mut monitor_state, &bad(1))).collect();
+        assert_eq!(demands[42..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
     }
 
     /// It refuses an arming and a trim, after the test of the emergency stop, and stops a motion.
@@ -689,7 +690,7 @@ mod tests {
         }
     }
 
-    /// 50 ms after the last sample with a worse validity, the cause is the present one.
+    /// 48 ms after the last sample with a worse validity, the cause is the present one.
     #[test]
     fn a_worse_validity_is_dropped_after_the_tolerance() {
         let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
@@ -698,10 +699,10 @@ mod tests {
             (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
         };
         assert_eq!(see(Validity::SupplyLow, 200), Demand::Stop(Cause::SensorSupplyLow));
-        assert_eq!(see(Validity::Open, 50), Demand::Stop(Cause::SensorSupplyLow));
+        assert_eq!(see(Validity::Open, 48), Demand::Stop(Cause::SensorSupplyLow));
         assert_eq!(see(Validity::Open, 1), Demand::Stop(Cause::SensorOpen));
         // Good again: the cause stays until the count is 0; the next cause does not depend on it.
-        assert_eq!(see(Validity::Good, 50), Demand::Stop(Cause::SensorOpen));
+        assert_eq!(see(Validity::Good, 48), Demand::Stop(Cause::SensorOpen));
         assert_eq!(see(Validity::Good, 1), Demand::Go);
         assert_eq!(see(Validity::Spike, 1), Demand::Stop(Cause::SensorSpike));
     }
