@@ -273,7 +273,8 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
     result = f"cost {found.cost:.3f} (minus the speed in m/s, plus falls), {found.falls} of {found.compared} fall; simulation"
     lines = [f"{found.runs} runs of {options.secs:g} s, {result}"]
     if found.hold_nm:
-        lines.append(f"a spring of {found.hold_nm:.2f} N m still holds the lean: it does not walk free yet; go on with --gait {options.output}")
+        lines.append(f"a spring of {found.hold_nm:.2f} N m still holds the lean: it does not walk free yet; go on with "
+            f"--gait {options.output} --robot-file {options.robot_output} --hold {found.hold_nm:.2f}")
     walks = "walks" if certificate.walks else f"does not walk: {certificate.walks_why_not}"
     lines.append(f"wrote {options.output} and {options.robot_output}: {certificate.status}, {walks}")
     lines += [f"  {reason.because}" for reason in certificate.reasons]

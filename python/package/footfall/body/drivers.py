@@ -42,7 +42,7 @@ class Pulses:
 
 
 class LoopDriver:
-    """The control loop of the boards, computed by this package: the same setpoints and pulses as the board's, bit for bit.
+    """The control loop of the boards, computed by this package: for the same codes of the sensors the same setpoints and pulses as the board's, bit for bit.
 
     ``generator``: the default walk without it; ``robot``: a robot file; ``sensors``: pairs of a joint and its sensor file, as for ``JointLoop``.
     ``speed``: factor on the speed of the gait, 0.5 to 1.5, which a host sets before the arming. The servo frames have the board's 20 ms.

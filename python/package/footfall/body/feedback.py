@@ -1,7 +1,7 @@
 """Feedback from the body to the pattern, free in the plane: what a foot switch and the joints' sensors can change, once in each servo frame.
 
-A trial of this package, not of the boards: the laws act on the phase and on the targets of an open-loop gait, before the gate of the boards, and use
-only what a board measures. The pulses without feedback are those of a board, rounding included.
+A trial of this package, not of the boards: the laws act on the phase and on the targets of an open-loop gait, before the gate of the boards, from a
+foot switch and the exact angles of the joints; a board measures angles with noise. The pulses without feedback are those of a board, rounding included.
 """
 
 import math
