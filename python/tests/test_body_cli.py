@@ -5,6 +5,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import List, Tuple
 
@@ -14,6 +15,9 @@ from conftest import ROOT
 
 pytest.importorskip("mujoco")
 pytest.importorskip("matplotlib")
+
+from footfall import InputError  # noqa: E402
+from footfall.body import DESK, Robot, body_file, person  # noqa: E402
 
 
 def run(*arguments: object) -> Tuple[int, str, str]:
@@ -97,6 +101,56 @@ def test_a_person_at_another_speed_needs_the_torque_of_the_square() -> None:
 def test_a_robot_file_may_stand_where_a_body_does() -> None:
     ways = [json.loads(run("--secs", 2, *robot, "--json", "--quiet")[1])["all"]["metres_mean"] for robot in (["--robot", "samples/robot.toml"], ["--robot-file", "samples/robot.toml"])]
     assert ways[0] == ways[1]
+
+
+def test_a_body_file_of_the_desk_robot_walks_as_the_desk_robot(tmp_path: Path) -> None:
+    file = tmp_path / "body.toml"
+    file.write_text(run("defaults")[1], encoding="utf-8")
+    ours, named = (json.loads(run("--secs", 2, "--json", *options)[1])["each"] for options in (("--body", file), ()))
+    assert ours == named
+
+
+def test_legs_of_twice_the_mass_need_twice_the_torque(tmp_path: Path) -> None:
+    def torque(robot: Robot) -> float:
+        file = tmp_path / "body.toml"
+        file.write_text(body_file.text_of(robot), encoding="utf-8")
+        code, output, messages = run("size", "--body", file, "--secs", 2, "--json")
+        assert code == 0, messages
+        (found,) = json.loads(output)["runs"]
+        return float(found["joints"][0]["torque_100_nm"])
+
+    # Without a servo: legs that hang, whose inverse dynamics are linear in their masses.
+    light = person()
+    parts = {"thigh": light.thigh, "shank": light.shank, "foot": light.foot}
+    heavy = replace(light, **{name: replace(part, mass_kg=2.0 * part.mass_kg) for name, part in parts.items()})
+    assert torque(heavy) == pytest.approx(2.0 * torque(light), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("mass_kg = 0.14", "mass_kg = -1", "thigh.mass_kg = -1: allowed is 0.001 to 200"),
+        ("mass_kg = 0.14", "mass_kg = true", "thigh.mass_kg = True: allowed is"),
+        ("mass_kg = 0.14", "mass_kg = nan", "thigh.mass_kg = nan: allowed is"),
+        ("com_m = 0.07", "com_m = 0.2", "thigh.com_m = 0.2: allowed is 0 to its length_m, 0.11"),
+        ("com_m = 0.07", "con_m = 0.07", "[thigh] unknown key `con_m`: allowed are mass_kg, length_m, com_m, gyration_m"),
+        ("com_m = 0.07\n", "", "[thigh] com_m missing"),
+        ("length_m = 0.09", "length_m = 0.4", "foot.length_m = 0.4: allowed is half a circle at most, 0.314159 m"),
+        ('servo = "MG996R"\n', "", "servo and supply_v go together"),
+        ("MG996R\"", "MG995\"", "allowed is one of SG90, MG996R, DS3225"),
+        ("supply_v = 6.0", "supply_v = 9.0", "supply of MG996R = 9 V: allowed is 4.8 to 6 V"),
+        ("[trunk]", "[trunk", "(at line"),
+        ('name = "desk"', "name = 3", "name = 3: allowed is a text"),
+    ],
+)
+def test_a_wrong_body_file_names_what_is_allowed(tmp_path: Path, old: str, new: str, words: str) -> None:
+    file = tmp_path / "body.toml"
+    text = body_file.text_of(DESK)
+    assert old in text
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        body_file.read(str(file))
+    assert words in str(refused.value) and str(file) in str(refused.value)
 
 
 def test_a_run_is_a_video_of_true_time(tmp_path: Path) -> None:

@@ -1,9 +1,16 @@
-"""A generator by a gait's name or by its file, as the command lines take it."""
+"""A generator or a body by its name or by its file, as the command lines take them."""
 
 from typing import Optional
 
 from .. import Generator, gaits
+from . import body_file
 from .gait import Gait
+from .robots import Robot, named
+
+
+def named_robot(robot: str) -> Robot:
+    """The robot of a name, or of a body file whose name ends with ``.toml``."""
+    return body_file.read(robot) if robot.endswith(".toml") else named(robot)
 
 
 def named_generator(gait: Optional[str], speed: float = 1.0) -> Generator:

@@ -10,16 +10,15 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from .. import JOINTS, Generator, Servo, certify, servos
 from .._errors import FootfallError, InputError
-from . import feedback, picture, report, size, wearer_cli
+from . import body_file, feedback, picture, report, size, wearer_cli
 from .board import BoardDriver
-from .by_name import named_generator
+from .by_name import named_generator, named_robot
 from .drivers import LoopDriver
 from .gait import Gait
 from .measures import fallen, hashes, measures, together
 from .model import RIGS
 from .plane import Plane
 from .plane import search as search_plane
-from .robots import named
 from .search import Task, search
 from .seeds import KINDS, variation
 from .simulation import PUSH_AT_S, Body, Trace, run
@@ -31,6 +30,8 @@ _EXAMPLES = """examples:
   python -m footfall.body --rig free --secs 3 --picture fall.png
   python -m footfall.body size --gait samples/generator.toml
   python -m footfall.body size --robot person
+  python -m footfall.body defaults > body.toml
+  python -m footfall.body size --body body.toml
   python -m footfall.body size --gait natural-walk --gait human-walk --speed 0.8,1,1.2
   python -m footfall.body worn --help
   python -m footfall.body report --help
@@ -81,8 +82,8 @@ _SEARCH: Dict[str, Tuple[str, int, int, int]] = {
 
 
 _COMMANDS = (
-    "walk (if it is not given), size, search, or feedback: pushes and slopes that robots stand free in the plane, with and without feedback; "
-    "worn and report have options of their own"
+    "walk (if it is not given), size, search, feedback: pushes and slopes that robots withstand free in the plane, with and without feedback, or "
+    "defaults: prints the body file of --robot; worn and report have options of their own"
 )
 
 
@@ -95,7 +96,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback"), default="walk", help=_COMMANDS)
+    parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback", "defaults"), default="walk", help=_COMMANDS)
     parser.add_argument("--law", action="append", choices=tuple(feedback.LAWS), help="feedback: a law to try; may be given several times (all of them)")
     parser.add_argument("--rig", choices=RIGS, help="hung in the air, on a boom that holds the lean (default), or free in the plane (always with feedback)")
     parser.add_argument(
@@ -104,6 +105,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME|FILE",
         help="a body: desk, 1.2 kg (the default); mini, 0.3 kg; person, 70 kg, size only. A name that ends with .toml is a robot file, as with --robot-file",
     )
+    parser.add_argument("--body", metavar="FILE", help="a body of your own: a file of masses and lengths, as `defaults` prints one")
     parser.add_argument(
         "--gait",
         metavar="FILE|NAME",
@@ -139,7 +141,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
     """The runs of all seeds."""
-    robot, found = named(options.robot), []
+    robot, found = named_robot(options.robot), []
     seeds = [0] if options.seeds is None else list(range(1, options.seeds + 1))
     for number, seed in enumerate(seeds, 1):
         varied = variation(seed, options.kind)
@@ -201,7 +203,7 @@ def _walk(options: argparse.Namespace) -> str:
 def _size(options: argparse.Namespace, asked_gaits: Sequence[Optional[str]], speeds: Sequence[float]) -> str:
     if options.picture is not None:
         raise InputError("--picture: `size` has none; allowed with `walk`")
-    robot, found = named(options.robot), []
+    robot, found = named_robot(options.robot), []
     for gait in asked_gaits:
         for speed in speeds:
             one = argparse.Namespace(**{**vars(options), "gait": gait, "speed": speed})
@@ -285,7 +287,7 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
 
 def _feedback(options: argparse.Namespace) -> str:
     """The tables of what robots stand with each law, or with those of `--law`, and of the differences to none; 50 robots without `--seeds`."""
-    robot, gait, seeds = named(options.robot), Gait.of(named_generator(options.gait)), range(1, (options.seeds or 50) + 1)
+    robot, gait, seeds = named_robot(options.robot), Gait.of(named_generator(options.gait)), range(1, (options.seeds or 50) + 1)
     heel = feedback.heel_phase(gait, robot, options.robot_file)
     names = ["none", *(name for name in options.law or feedback.LAWS if name != "none")]
     stood: Dict[str, feedback.Limits] = {}
@@ -320,6 +322,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             picture.writer(options.picture)
         if options.robot.endswith(".toml") and options.robot_file is None:
             options.robot, options.robot_file = "desk", options.robot
+        if options.body is not None:
+            if options.robot != "desk":
+                raise InputError(f"--robot {options.robot}: it is a body too; allowed without --body")
+            if not options.body.endswith(".toml"):
+                raise InputError(f"--body {options.body}: allowed is a file whose name ends with .toml")
+            options.robot = options.body
         asked_gaits, speeds = options.gait or [None], options.speed or [1.0]
         if options.command != "size" and (len(asked_gaits) > 1 or len(speeds) > 1):
             raise InputError(f"--{'gait' if len(asked_gaits) > 1 else 'speed'}: several are allowed with `size`")
@@ -349,6 +357,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             if not (options.gait and options.robot_file):
                 raise InputError("feedback needs --gait and --robot-file: a gait that walks free in the plane, and the robot file with its park pose")
             print(_feedback(options))
+            return 0
+        if options.command == "defaults":
+            print(body_file.text_of(named_robot(options.robot)))
             return 0
         options.rig = options.rig or "boom"
         if options.command == "search":

@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from .. import JOINTS, robot as servo_maps
 from .._errors import FootfallError, InputError
+from .by_name import named_robot
 from .drivers import LoopDriver
 from .gait import Gait, within
-from .robots import named
 from .rollouts import Outcome, Ride, outcomes
 from .search import FIRST_SEED, LAST_SEEDS, evolution, processes
 from .seeds import variation
@@ -59,7 +59,7 @@ class Plane:
     """What a candidate is tried on. Units are in the names."""
 
     robot: str
-    """Name of the robot; no unit."""
+    """Name of the robot, or its body file; no unit."""
     kind: str
     """Kind of the seeds once there is no spring; no unit."""
     seconds: float
@@ -106,7 +106,7 @@ def cost(one: Outcome, seconds: float) -> float:
 def tried(plane: Plane, vector: Any, trials: Sequence[Trial]) -> Tuple[List[Outcome], float]:
     """The outcomes of a candidate, and the share of the control periods in which the gate limits it; no unit."""
     gait, park = Gait.of_vector(vector[:_NUMBERS_OF_GAIT]), vector[_NUMBERS_OF_GAIT:]
-    robot, rides = named(plane.robot), []
+    robot, rides = named_robot(plane.robot), []
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "robot.toml")
         with open(file, "w", encoding="utf-8", newline="\n") as writer:

@@ -13,10 +13,10 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from ._extra import CMA
+from .by_name import named_robot
 from .drivers import LoopDriver
 from .gait import Gait, within
 from .measures import fallen, measures
-from .robots import named
 from .seeds import variation
 from .simulation import Body, run
 
@@ -38,7 +38,7 @@ class Task:
     """What a candidate is tried on. Units are in the names."""
 
     robot: str
-    """Name of the robot; no unit."""
+    """Name of the robot, or its body file; no unit."""
     rig: str
     """No unit."""
     kind: str
@@ -68,7 +68,7 @@ def cost(one: Dict[str, Any], seconds: float) -> float:
 
 
 def _body(task: Task, seed: int) -> Body:
-    robot, varied = named(task.robot), variation(seed, task.kind)
+    robot, varied = named_robot(task.robot), variation(seed, task.kind)
     return Body(robot, task.rig, variation=varied, servo=task.servo, supply_v=task.supply_v, robot_file=task.robot_file)
 
 

@@ -171,6 +171,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "python -m footfall.body --rig boom --gait python/walks/desk-boom.toml --picture walk.gif",
             "python -m footfall.body size --gait natural-walk --gait human-walk --gait python/walks/desk-boom.toml --speed 0.8,1,1.2",
             "python -m footfall.body size --robot person",
+            "python -m footfall.body defaults > body.toml",
+            "python -m footfall.body size --body body.toml --gait natural-walk",
             "python -m footfall.body report --short",
             "python -m footfall.body report --launches",
             "python -m footfall.body worn",
