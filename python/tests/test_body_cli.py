@@ -121,8 +121,8 @@ def test_legs_of_twice_the_mass_need_twice_the_torque(tmp_path: Path) -> None:
 
     # Without a servo: legs that hang, whose inverse dynamics are linear in their masses.
     light = person()
-    parts = {"thigh": light.thigh, "shank": light.shank, "foot": light.foot}
-    heavy = replace(light, **{name: replace(part, mass_kg=2.0 * part.mass_kg) for name, part in parts.items()})
+    thigh, shank = (replace(part, mass_kg=2.0 * part.mass_kg) for part in (light.thigh, light.shank))
+    heavy = replace(light, thigh=thigh, shank=shank, foot=replace(light.foot, mass_kg=2.0 * light.foot.mass_kg))
     assert torque(heavy) == pytest.approx(2.0 * torque(light), rel=1e-6)
 
 
