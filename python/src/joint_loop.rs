@@ -351,7 +351,7 @@ impl JointLoop {
         self.channels
     }
 
-    /// Hash over every setpoint of every tick so far (FNV-1a, 64 bits), as the board computes it; no unit.
+    /// Hash over every setpoint of every tick so far (64 bits), as the board computes it; no unit.
     #[getter]
     fn setpoint_hash(&self) -> u64 {
         self.joints.frame().setpoint_hash

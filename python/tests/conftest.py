@@ -40,13 +40,12 @@ def armed() -> Inputs:
     return codes, np.full(count, 1652, dtype=np.uint16), button, faults
 
 
-def fnv_1a(ticks: footfall.Ticks) -> List[int]:
-    """The hash of setpoints, computed here from its definition: FNV-1a, 64 bits, over tick, state and setpoints, little endian."""
+def setpoint_hash(ticks: footfall.Ticks) -> List[int]:
+    """The hash of setpoints, computed here from its definition: over tick, state and setpoints as words of 32 bits."""
     states = ["boot", "disarmed", "arming", "walking", "stopping", "fault", "trim_ready", "trimming"]
     value, values = 0xCBF29CE484222325, []
     for tick, state, setpoints in zip(ticks.tick, ticks.state, ticks.setpoints_rad):
-        data = int(tick).to_bytes(4, "little") + bytes([states.index(str(state))]) + setpoints.astype("<f4").tobytes()
-        for byte in data:
-            value = ((value ^ byte) * 0x100000001B3) % 2**64
+        for word in [int(tick), states.index(str(state)), *map(int, setpoints.astype("<f4").view("<u4"))]:
+            value = ((value ^ word) * 0x100000001B3) % 2**64
         values.append(value)
     return values

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import footfall
-from conftest import Inputs, fnv_1a
+from conftest import Inputs, setpoint_hash
 
 
 def test_the_loop_arms_walks_and_hashes(armed: Inputs) -> None:
@@ -28,7 +28,7 @@ def test_the_loop_arms_walks_and_hashes(armed: Inputs) -> None:
 def test_the_hash_is_that_of_its_definition(armed: Inputs) -> None:
     codes, vrefint, button, faults = armed
     ticks = footfall.JointLoop().run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
-    assert ticks.setpoint_hash.tolist() == fnv_1a(ticks)
+    assert ticks.setpoint_hash.tolist() == setpoint_hash(ticks)
     other = footfall.JointLoop(footfall.Generator.default("thesis")).run(codes, vrefint, button=button, fault_bits=faults, watchdog_hz={0: 32_000})
     assert other.setpoint_hash[-1] != ticks.setpoint_hash[-1]
 

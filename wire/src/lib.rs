@@ -33,4 +33,4 @@ pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.
-pub const VERSION: u16 = 7;
+pub const VERSION: u16 = 8;

@@ -1,4 +1,4 @@
-//! The bytes of version 7, an example of each record. A change here is another version: raise [`wire::VERSION`].
+//! The bytes of version 8, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
@@ -22,10 +22,10 @@ fn call(codes: &[u16], flags: u16) -> Call {
     }
 }
 
-/// An example of each record with its bytes in version 7.
+/// An example of each record with its bytes in version 8.
 fn examples() -> [(Record, Vec<u8>); 12] {
     let boot = Boot {
-        version: 7,
+        version: 8,
         board: "f4-discovery".try_into().expect("it fits"),
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
@@ -78,7 +78,7 @@ fn examples() -> [(Record, Vec<u8>); 12] {
         (
             Record::Boot(boot),
             [
-                &[0, 7, 12][..],
+                &[0, 8, 12][..],
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
@@ -167,8 +167,8 @@ fn round(record: &Record) -> Record {
 }
 
 #[test]
-fn the_bytes_are_those_of_version_7() {
-    assert_eq!(VERSION, 7);
+fn the_bytes_are_those_of_version_8() {
+    assert_eq!(VERSION, 8);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
         let name = record.kind().name();
@@ -222,13 +222,13 @@ fn the_numbers_of_states_are_those_of_version_7() {
 fn another_version_is_refused_in_words() {
     // Only kind and version are as in every version; what follows may be anything, or nothing.
     for rest in [&[][..], &[1, 2, 3], &[0xff; 100]] {
-        let bytes = [&[0, 6][..], rest].concat();
-        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 6 }));
+        let bytes = [&[0, 7][..], rest].concat();
+        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 7 }));
     }
     assert_eq!(decode(&[0, 0xff, 0xff, 3]), Err(DecodeError::Version { board: 65_535 }));
     assert_eq!(
-        DecodeError::Version { board: 6 }.to_string(),
-        "the board sends records of version 6, this program reads version 7: flash the image of this checkout, or use the `footfall` \
+        DecodeError::Version { board: 7 }.to_string(),
+        "the board sends records of version 7, this program reads version 8: flash the image of this checkout, or use the `footfall` \
          of the checkout that the board's image was built from"
     );
 }
@@ -239,13 +239,13 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[][..], "record of 0 bytes; allowed are 1 to 357"),
         (
             &[12, 1, 2],
-            "unknown record kind 12 (3 bytes); version 7 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+            "unknown record kind 12 (3 bytes); version 8 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
              7 environment, 8 answered, 9 port, 10 settings, 11 conditions",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
-        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 7"),
+        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 8"),
         (&[0], "boot record ends inside a field after 1 bytes"),
-        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 7 can have"),
+        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 8 can have"),
         (&[2, 7, 8, 0], "change record of 4 bytes holds a value"),
         (&[2, 7, 5, 32], "change record of 4 bytes holds a value"),
         // A gait beyond the list.

@@ -52,16 +52,16 @@ fn by_definition(payload: &[u8]) -> Vec<u8> {
 #[test]
 fn a_frame_is_as_the_paper_defines_it() {
     let action = Action::Set { parameter: Parameter::Speed, thousandths: 1_000 };
-    let payload = [7, 7, 3, 0xd0, 0x0f];
+    let payload = [8, 7, 3, 0xd0, 0x0f];
     assert_eq!(framed(&Request { number: 7, action }), by_definition(&payload));
-    assert_eq!(framed(&Request { number: 7, action: Action::Stop }), by_definition(&[7, 7, 0, 0]));
+    assert_eq!(framed(&Request { number: 7, action: Action::Stop }), by_definition(&[8, 7, 0, 0]));
     let trim = Action::Trim { joint: Joint::RightKnee };
-    assert_eq!(framed(&Request { number: 7, action: trim }), by_definition(&[7, 7, 254, 6]));
+    assert_eq!(framed(&Request { number: 7, action: trim }), by_definition(&[8, 7, 254, 6]));
     let jog = Action::Jog { pulse: PulseMicros(1_501) };
-    assert_eq!(framed(&Request { number: 7, action: jog }), by_definition(&[7, 7, 255, 0xba, 0x17]));
+    assert_eq!(framed(&Request { number: 7, action: jog }), by_definition(&[8, 7, 255, 0xba, 0x17]));
     let record = Record::Edge(Edge { tick: 0, offset_us: 0, high: false, lost_before: false });
     let mut buffer = [0; MAX_FRAME_BYTES];
-    assert_eq!(frame_record(&record, &mut buffer), Some(&by_definition(&[7, 5, 0, 0, 0, 0])[..]));
+    assert_eq!(frame_record(&record, &mut buffer), Some(&by_definition(&[8, 5, 0, 0, 0, 0])[..]));
 }
 
 #[test]
@@ -117,18 +117,18 @@ fn a_record_comes_back_from_its_frame() {
     assert_eq!(payloads.len(), 1);
     let payload = payloads[0].as_ref().expect("a frame");
     assert_eq!(decode_framed(payload), Ok(record));
-    assert_eq!(decode_framed(&[8]), Err(DecodeError::Version { board: 8 }));
+    assert_eq!(decode_framed(&[7]), Err(DecodeError::Version { board: 7 }));
     assert_eq!(decode_framed(&[]), Err(DecodeError::Empty));
 }
 
 #[test]
 fn another_version_is_refused_in_words() {
     for rest in [&[][..], &[1, 2, 3], &[0xff; 40]] {
-        let payload = [&[8][..], rest].concat();
-        assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 8 }));
+        let payload = [&[7][..], rest].concat();
+        assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 7 }));
     }
-    let words = "a request of version 8; this board takes version 7: use the `footfall` of the checkout that its image was built from";
-    assert_eq!(RequestError::Version { host: 8 }.to_string(), words);
+    let words = "a request of version 7; this board takes version 8: use the `footfall` of the checkout that its image was built from";
+    assert_eq!(RequestError::Version { host: 7 }.to_string(), words);
 }
 
 proptest! {

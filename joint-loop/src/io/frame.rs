@@ -45,7 +45,8 @@ pub struct Frame<const S: usize> {
     pub setpoint_hash: u64,
 }
 
-/// Hash of a run: FNV-1a, 64 bit, over every tick in order: tick (u32), state (u8), bits of the four setpoints (u32), little endian.
+/// Hash of a run: for each word of 32 bits, `hash = (hash ^ word) * 0x100000001b3` modulo 2^64, from 0xcbf29ce484222325 on. Those are the constants of
+/// FNV-1a, which takes bytes; words cost a quarter. The words of every tick, in order: tick, number of the state, bits of the four setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SetpointHash(u64);
 
@@ -68,11 +69,8 @@ impl SetpointHash {
     /// Hash with one more tick.
     #[must_use]
     pub fn then(self, tick: u32, state: SupervisorState, setpoints: &[Radians; Joint::COUNT]) -> Self {
-        let mut hash = self.bytes(&tick.to_le_bytes()).bytes(&[state as u8]);
-        for angle in setpoints {
-            hash = hash.bytes(&angle.0.to_bits().to_le_bytes());
-        }
-        hash
+        let begun = self.word(tick).word(state as u32);
+        setpoints.iter().fold(begun, |hash, angle| hash.word(angle.0.to_bits()))
     }
 
     /// Value of the hash.
@@ -81,8 +79,8 @@ impl SetpointHash {
         self.0
     }
 
-    fn bytes(self, bytes: &[u8]) -> Self {
-        Self(bytes.iter().fold(self.0, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)))
+    fn word(self, word: u32) -> Self {
+        Self((self.0 ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3))
     }
 }
 
@@ -91,11 +89,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hash_is_fnv_1a() {
+    fn of_words_below_256_the_hash_is_fnv_1a() {
         // Published test vectors of FNV-1a 64: "", "a", "foobar".
-        assert_eq!(SetpointHash::EMPTY.value(), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(SetpointHash::EMPTY.bytes(b"a").value(), 0xaf63_dc4c_8601_ec8c);
-        assert_eq!(SetpointHash::EMPTY.bytes(b"foobar").value(), 0x8594_4171_f739_67e8);
+        let hash =
+            |bytes: &[u8]| bytes.iter().fold(SetpointHash::EMPTY, |hash, byte| hash.word((*byte).into())).value();
+        assert_eq!(hash(b""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(hash(b"a"), 0xaf63_dc4c_8601_ec8c);
+        assert_eq!(hash(b"foobar"), 0x8594_4171_f739_67e8);
     }
 
     #[test]
@@ -103,14 +103,8 @@ mod tests {
         let angles = [0.0, -0.0, 1.5, 0.1].map(Radians);
         let hash = |tick, state, angles: &[Radians; 4]| SetpointHash::EMPTY.then(tick, state, angles).value();
         let whole = hash(7, SupervisorState::Walking, &angles);
-        let as_bytes: Vec<u8> = [7_u32.to_le_bytes().as_slice(), &[3]]
-            .into_iter()
-            .chain(angles.iter().map(|_| [].as_slice()))
-            .flatten()
-            .copied()
-            .chain(angles.iter().flat_map(|a| a.0.to_bits().to_le_bytes()))
-            .collect();
-        assert_eq!(whole, SetpointHash::EMPTY.bytes(&as_bytes).value());
+        let words = [7, 3].into_iter().chain(angles.iter().map(|angle| angle.0.to_bits()));
+        assert_eq!(whole, words.fold(SetpointHash::EMPTY, SetpointHash::word).value());
         for bit in 0..32 {
             assert_ne!(whole, hash(7 ^ (1 << bit), SupervisorState::Walking, &angles));
             for joint in 0..4 {

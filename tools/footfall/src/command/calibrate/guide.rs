@@ -268,7 +268,7 @@ mod tests {
             ("1\n1 2 3\n", "\n", "codes, line 2: `1 2 3`"),
             ("1\n1 2\n", "\n", "with and without VREFINT"),
             ("wire [03, 7]\n", "\n", "codes, line 1: printed record: byte 1 is not two hexadecimal digits"),
-            ("wire [00, 06]\n", "\n", "the board sends records of version 6, this program reads version 7"),
+            ("wire [00, 07]\n", "\n", "the board sends records of version 7, this program reads version 8"),
             ("1\n", "", "the answers end at 0 degrees; allowed is `end`"),
         ] {
             let error = guided(&[0.0], codes, answers).0.unwrap_err();
