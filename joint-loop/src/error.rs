@@ -64,6 +64,20 @@ pub enum LoopError {
     NoSensor,
     /// The generator does not pass its own check.
     Generator,
+    /// A joint has feedback, but no sensor.
+    FeedbackWithoutSensor {
+        /// The joint.
+        joint: Joint,
+        /// Its share.
+        share: f32,
+    },
+    /// A joint has feedback, but its sensor is on the person whom the generator follows.
+    FeedbackOfPerson {
+        /// The joint.
+        joint: Joint,
+        /// Its share.
+        share: f32,
+    },
 }
 
 /// Index of an array over the joints, as text: `[left_knee]`.
@@ -98,7 +112,8 @@ impl fmt::Display for LoopError {
             Self::NotFinite { field, joint } => write!(f, "{field}{} is not a finite number", Of(joint)),
             Self::OutOfRange { field, joint, value, least, most, unit } => {
                 let [value, least, most] = [value, least, most].map(Rounded);
-                write!(f, "{field}{} is {value} {unit}; allowed are {least} to {most} {unit}", Of(joint))
+                let space = if unit.is_empty() { "" } else { " " };
+                write!(f, "{field}{} is {value}{space}{unit}; allowed are {least} to {most}{space}{unit}", Of(joint))
             }
             Self::Inverted { field, joint } => {
                 write!(f, "{field}{}: the least must be below the most", Of(joint))
@@ -114,6 +129,18 @@ impl fmt::Display for LoopError {
             Self::Park => f.write_str("blend.park must be inside gate.range and gate.pose"),
             Self::NoSensor => f.write_str("monitor.sensor_required is set, so at least one sensor must be given"),
             Self::Generator => f.write_str("the generator does not pass its own check before its first step"),
+            Self::FeedbackWithoutSensor { joint, share } => write!(
+                f,
+                "robot.feedback[{0}] is {1}, but {0} has no sensor; allowed without one is 0: connect and pack a sensor of {0}, or leave `feedback` of {0} out of the robot file",
+                joint.name(),
+                Rounded(share)
+            ),
+            Self::FeedbackOfPerson { joint, share } => write!(
+                f,
+                "robot.feedback[{0}] is {1}, but the generator follows the sensor of {0}, which is on a person; allowed is 0: leave `feedback` of {0} out of the robot file, or take a generator that does not follow {0}",
+                joint.name(),
+                Rounded(share)
+            ),
         }
     }
 }

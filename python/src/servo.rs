@@ -108,6 +108,7 @@ pub(crate) fn servos() -> Vec<&'static str> {
 ///
 /// ``neutral_us`` and ``at_neutral_rad``: a pulse (us) and the joint's angle there (rad). ``us_per_rad``: change of the pulse for one radian of the
 /// joint, negative for a mirrored servo. ``least_rad``, ``most_rad``, ``park_rad``: range and park pose, rad.
+/// ``feedback``: share of the joint's distance to its last setpoint that is added to its next target, no unit; 0 without feedback.
 #[pyfunction]
 #[pyo3(signature = (path = None))]
 pub(crate) fn robot(py: Python<'_>, path: Option<PathBuf>) -> PyResult<Bound<'_, PyDict>> {
@@ -123,6 +124,7 @@ pub(crate) fn robot(py: Python<'_>, path: Option<PathBuf>) -> PyResult<Bound<'_,
         one.set_item("least_rad", range.least.0)?;
         one.set_item("most_rad", range.most.0)?;
         one.set_item("park_rad", robot.park[joint as usize].0)?;
+        one.set_item("feedback", robot.feedback[joint as usize])?;
         all.set_item(joint.name(), one)?;
     }
     Ok(all)

@@ -11,13 +11,19 @@ from typing import Any, Dict, List
 import numpy as np
 import pytest
 
+import footfall
 from conftest import ROOT
 
 pytest.importorskip("mujoco")
 body: Any = pytest.importorskip("footfall.body")
+from footfall.body.board_feedback import KNEES, TRIALS, Trial, mcnemar, table, wilson, with_share  # noqa: E402
 from footfall.body.feedback import LADDERS, LAWS, Law, Limits, closed, gain, interval, pressed, shaped, tables  # noqa: E402
 from footfall.body.plane import with_park  # noqa: E402
 from footfall.body.rollouts import Ride, outcomes  # noqa: E402
+from footfall.body.sensor import sensors_of  # noqa: E402
+
+#: The robot file of the gait that walks free in the plane.
+FREE_ROBOT = ROOT / "python" / "walks" / "desk-free-robot.toml"
 
 #: A spring that holds the lean, N m for 1 rad, so that any gait walks.
 HOLD_NM = 6.0
@@ -141,6 +147,94 @@ def test_the_interval_is_that_of_the_mean() -> None:
     assert LAWS["none"] == Law()
 
 
+def feedback_file(folder: Path, share: float) -> Path:
+    """The robot file of the gait that walks free in the plane, with feedback at both knees."""
+    file = folder / "robot.toml"
+    file.write_text(with_share(FREE_ROBOT.read_text(encoding="utf-8"), share), encoding="utf-8")
+    return file
+
+
+def test_a_share_is_that_of_both_knees_and_of_no_other_joint(tmp_path: Path) -> None:
+    for share in (0.3, -0.25):
+        file = feedback_file(tmp_path, share)
+        shares = {joint: one["feedback"] for joint, one in footfall.robot(file).items()}
+        assert shares == pytest.approx({"left_hip": 0.0, "right_hip": 0.0, "left_knee": share, "right_knee": share})
+        # Another share takes its place, and none is the file without it.
+        assert with_share(file.read_text(encoding="utf-8"), 0.0) == FREE_ROBOT.read_text(encoding="utf-8")
+    assert sensors_of(file) == (("left_knee", None), ("right_knee", None)) and sensors_of(FREE_ROBOT) == (("left_knee", None),)
+    with pytest.raises(footfall.InputError, match="0 tables"):
+        with_share("[left_hip]\n", 0.3)
+
+
+def test_the_control_loop_feeds_back_what_the_sensors_of_the_knees_show(tmp_path: Path) -> None:
+    """By hand from the sensors' angles: in each servo frame the share of the distance of the knee to the setpoint of the pulse before."""
+    share, gait = 0.3, footfall.Generator.read(ROOT / "python" / "walks" / "desk-free.toml")
+    files = (feedback_file(tmp_path, share), FREE_ROBOT)
+    drivers = [body.LoopDriver(gait, robot=file, sensors=KNEES) for file in files]
+    volts = [float(footfall.sensor_volts(np.radians([deg]))[0]) for deg in (30.0, 10.0)]
+    for driver in drivers:
+        driver.arm(volts)
+    noise, ticks = np.random.default_rng(3), []
+    for _ in range(4000):
+        now = [volt + float(noise.normal(0.0, 0.004)) for volt in volts]
+        for driver in drivers:
+            driver.step(1000, now)
+        ticks.append([driver._loop.last for driver in drivers])
+    first, checked = ticks[0][0].tick, 0
+    for pulse in range(first - first % 20 + 39, first + 3960, 20):
+        # 18 ms later the setpoint is where the law wants it, unless the gate still moves it there.
+        fed_back, plain = ticks[pulse + 18 - first]
+        if fed_back.state != "walking" or fed_back.limited:
+            continue
+        assert plain.limited == 0
+        before, measured = ticks[pulse - 20 - first][0].setpoints_rad, ticks[pulse - first][0].measured_rad
+        for place in (2, 3):
+            wanted = np.clip(share * (before[place] - measured[place - 2]), -math.radians(10.0), math.radians(10.0))
+            assert fed_back.setpoints_rad[place] - plain.setpoints_rad[place] == pytest.approx(wanted, abs=1e-5)
+        checked += 1
+    assert checked > 20
+
+
+def test_stands_are_counted_pair_by_pair() -> None:
+    """Wilson's interval by the solution of his equation, McNemar's p by hand."""
+    for count, of in ((0, 50), (13, 50), (50, 50)):
+        for bound in wilson(count, of):
+            # A share at the bound is 1.96 of its own standard errors from the one that was seen.
+            assert abs(count / of - bound) == pytest.approx(1.959964 * math.sqrt(bound * (1.0 - bound) / of), abs=1e-9)
+    assert wilson(13, 50)[0] < 0.26 < wilson(13, 50)[1]
+    assert mcnemar(0, 0) == 1.0 and mcnemar(3, 3) == 1.0
+    assert mcnemar(0, 5) == mcnemar(5, 0) == pytest.approx(2.0 / 32.0)
+    assert mcnemar(1, 9) == pytest.approx(2.0 * 11.0 / 1024.0)
+    one = Trial([True, False, False, True], [True, True, True, False], 0.125)
+    assert (one.only_with, one.only_without) == (2, 1)
+    assert table({"a push": one}, 0.3)[-1] == "| a push | 2 of 4 (15 to 85 %) | 3 of 4 (30 to 95 %) | 2, 1 | 1 | 12.5 |"
+
+
+def test_the_command_tries_the_control_loop_with_feedback_and_without() -> None:
+    options = ["--gait", "python/walks/desk-free.toml", "--robot-file", str(FREE_ROBOT), "--secs", "5.5", "--seeds", "1", "--loop", "0.3"]
+    command = [sys.executable, "-m", "footfall.body", "feedback", *options, "--json", "--quiet"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    found: Dict[str, Any] = json.loads(done.stdout)
+    assert (found["robots"], found["feedback"]) == (1, 0.3) and [one["trial"] for one in found["trials"]] == list(TRIALS)
+    undisturbed = found["trials"][0]
+    assert undisturbed["without"] == undisturbed["with_share"] == [True] and undisturbed["limited_share"] > 0.02
+
+
+def test_the_page_has_each_trial() -> None:
+    lines = (ROOT / "docs" / "body.md").read_text(encoding="utf-8").splitlines()
+    for name in TRIALS:
+        (line,) = [line for line in lines if line.startswith(f"| {name} | ")]
+        assert re.match(r"\| [^|]+ \| \d+ of 50 \(\d+ to \d+ %\) \| \d+ of 50 ", line), line
+
+
+def test_pulses_without_a_body_are_none_of_a_robot_with_feedback(tmp_path: Path) -> None:
+    with pytest.raises(footfall.InputError, match="feedback of left_knee"):
+        body.LoopDriver.pulses(GAIT.generator(), 1.0, robot=feedback_file(tmp_path, 0.3))
+    with pytest.raises(footfall.InputError, match="right_knee has no sensor"):
+        body.LoopDriver(GAIT.generator(), robot=feedback_file(tmp_path, 0.3))
+
+
 @pytest.mark.parametrize(
     "arguments,words",
     [
@@ -149,6 +243,10 @@ def test_the_interval_is_that_of_the_mean() -> None:
         (["feedback", "--generations", "3"], "--generations: allowed with `search`"),
         (["feedback", "--gait", "natural-walk", "--robot-file", "samples/robot.toml", "--secs", "5"], "come at 5 s; allowed is above that"),
         (["walk", "--law", "none"], "--law: allowed with `feedback`"),
+        (["walk", "--loop", "0.3"], "--loop: allowed with `feedback`"),
+        (["feedback", "--loop", "0.9"], "allowed is -0.8 to 0.8"),
+        (["feedback", "--loop", "0"], "--loop 0: that is no feedback"),
+        (["feedback", "--loop", "0.3", "--law", "none"], "--law: the laws are computed beside the control loop"),
         (["feedback", "--rig", "boom"], "--rig boom: `feedback` has none"),
         (["feedback", "--rig", "hung"], "--rig hung: `feedback` has none"),
         (["search", "--rig", "free", "-o", "walk.toml"], "--robot-output FILE"),

@@ -48,6 +48,12 @@ fn generators() -> Result<Vec<(String, GeneratorFile)>> {
     Ok(all)
 }
 
+/// The default robot, and one with feedback.
+fn robots() -> [(&'static str, RobotConfig); 2] {
+    let default = RobotConfig::default_biped();
+    [("default", default), ("feedback", RobotConfig { feedback: [0.0, -0.5, 0.3, 0.3], ..default })]
+}
+
 fn flash_records(folder: &Path) -> Result<()> {
     let name = RecordName::new("a seed")?;
     for (file, generator) in generators()? {
@@ -55,7 +61,10 @@ fn flash_records(folder: &Path) -> Result<()> {
     }
     let sensors = Parameters::default_sensors(&GeneratorConfig::default_walk())?;
     write(folder, "sensor_record", "default", sensor_record::record_of(&sensors, &name).bytes())?;
-    write(folder, "robot_record", "default", robot_record::record_of(&RobotConfig::default_biped(), &name).bytes())
+    for (file, robot) in robots() {
+        write(folder, "robot_record", file, robot_record::record_of(&robot, &name).bytes())?;
+    }
+    Ok(())
 }
 
 fn wire_records(folder: &Path) -> Result<()> {
@@ -104,7 +113,9 @@ fn parameter_files(folder: &Path) -> Result<()> {
         let network = NetworkFile::default_of(name).ok_or("a default")?;
         write(folder, "network_toml", name, network.to_toml().as_bytes())?;
     }
-    write(folder, "robot_toml", "default", RobotFile::default_biped().to_toml().as_bytes())?;
+    for (file, robot) in robots() {
+        write(folder, "robot_toml", file, RobotFile { robot, ..RobotFile::default_biped() }.to_toml().as_bytes())?;
+    }
     let sensor = "schema = 1\ninterpolation = \"monotone_cubic\"\ndivider = 1.0\npoints = [\n    \
         { sensor_v = 0.5, angle_deg = 90.0 },\n    { sensor_v = 2.5, angle_deg = -20.0 },\n]\n";
     write(folder, "sensor_toml", "by_hand", sensor.as_bytes())?;

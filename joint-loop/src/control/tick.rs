@@ -12,6 +12,7 @@ use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 use crate::io::conditions::{Conditions, SensorCounts};
 use crate::io::frame::{Frame, SetpointHash};
 use crate::motion::blend::{Blend, Weight};
+use crate::motion::feedback::{Feedback, FeedbackState};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
 use crate::motion::start::{Start, StartState, pose_of};
@@ -37,6 +38,8 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) sensors: [Option<Sensor>; S],
     /// Channel whose angle the generator gets.
     pub(crate) gait_sensor: usize,
+    /// `None` where no joint has feedback.
+    pub(crate) feedback: Option<Feedback>,
 }
 
 /// The loop: configuration and state of all stages. Made by [`crate::LoopConfig::build`].
@@ -60,6 +63,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     watchdog_clock: WatchdogClockState,
     status: SupervisorStatus,
     weight: Weight,
+    feedback: FeedbackState,
     /// That of the last pulses while they are known, also at rest; else the park pose.
     gating: GateState,
     started: StartState,
@@ -80,7 +84,7 @@ enum Asked {
 impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Takes the sample of one tick and returns its command.
     ///
-    /// The order is: count, button, measure, monitor and supervise, generate, blend, gate, servo map, frame.
+    /// The order is: count, button, measure, monitor and supervise, generate, blend, feedback, gate, servo map, frame.
     pub fn tick(&mut self, sample: &Sample<S>) -> Command {
         // Count. Missed periods are counted and dropped.
         let elapsed = self.count(sample);
@@ -107,7 +111,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // Blend.
         let at_park = !self.weight.is_at_start() || self.gating == self.parked;
         self.weight = self.stages.blend.advance_from(self.weight, actions.motion, at_park);
-        let target = self.target();
+        let mut target = self.target();
+
+        // Feedback.
+        if let Some(feedback) = self.stages.feedback {
+            self.add_feedback(&feedback, elapsed, &mut target);
+        }
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions);
@@ -216,6 +225,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             watchdog_clock: WatchdogClockState::default(),
             status: SupervisorStatus::default(),
             weight: Weight::default(),
+            feedback: FeedbackState::NONE,
             gating: parked,
             started: StartState::UNKNOWN,
             parked,
@@ -394,6 +404,25 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             self.stages.gate.pose(&self.gating)
         } else {
             self.stages.blend.target(self.weight, self.wanted)
+        }
+    }
+
+    /// Adds what the joints' angles ask for, by the weight of the ramps: nothing at the park pose, where they begin and end.
+    #[cold]
+    #[inline(never)]
+    fn add_feedback(&mut self, feedback: &Feedback, elapsed: u32, target: &mut [Radians; Joint::COUNT]) {
+        let frame = &self.frame;
+        let measured = |channel: usize| {
+            let is_good = frame.validity.get(channel) == Some(&Some(Validity::Good));
+            frame.measured.get(channel).copied().filter(|_| is_good)
+        };
+        let added = feedback.step(&mut self.feedback, frame.tick, elapsed, frame.setpoints, measured);
+        let weight = self.stages.blend.weight(self.weight);
+        for (angle, added) in target.iter_mut().zip(added) {
+            // Also a zero keeps its sign.
+            if added.0 != 0.0 {
+                angle.0 += weight * added.0;
+            }
         }
     }
 

@@ -1,6 +1,7 @@
-//! Conversion of generator angles to servo pulses: blend, gate, limits, ramp, servo map, start of an arming.
+//! Conversion of generator angles to servo pulses: blend, feedback, gate, limits, ramp, servo map, start of an arming.
 
 pub(crate) mod blend;
+pub mod feedback;
 pub(crate) mod gate;
 pub(crate) mod limits;
 pub(crate) mod ramp;

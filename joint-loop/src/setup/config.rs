@@ -9,6 +9,7 @@ use crate::control::tick::{JointLoop, Stages};
 use crate::control::trim::Trimmer;
 use crate::error::LoopError;
 use crate::motion::blend::BlendConfig;
+use crate::motion::feedback::FeedbackConfig;
 use crate::motion::start::Start;
 use crate::setup::robot::{GateConfig, ServoConfig};
 use crate::setup::robot_config::{Robot, RobotConfig};
@@ -31,6 +32,8 @@ pub struct LoopConfig {
     pub button: ButtonConfig,
     /// Channel of the sensor whose angle a follower gets, counted from 0. On a channel without a sensor a follower gets no angle.
     pub gait_sensor: usize,
+    /// Feedback of the joints' angles.
+    pub feedback: FeedbackConfig,
     /// The chip's internal reference with the least supply: watched on every board, with or without sensors. `None` in a loop without a chip.
     pub supply: Option<Reference>,
 }
@@ -42,7 +45,8 @@ impl LoopConfig {
         Self::of(&RobotConfig::default_biped())
     }
 
-    /// The loop of a robot, with default ramp times and button, and the default monitor but for the robot's rules of a follower.
+    /// The loop of a robot, with default ramp times and button, and the default monitor but for the robot's rules of a follower. Which channel has the
+    /// sensor of a joint is not known yet.
     #[must_use]
     pub const fn of(robot: &RobotConfig) -> Self {
         Self {
@@ -52,6 +56,7 @@ impl LoopConfig {
             monitor: MonitorConfig { stand_s: robot.follower.disarm_after_stand_s, ..MonitorConfig::DEFAULT },
             button: ButtonConfig::DEFAULT,
             gait_sensor: 0,
+            feedback: FeedbackConfig { share: robot.feedback, ..FeedbackConfig::NONE },
             supply: None,
         }
     }
@@ -78,6 +83,9 @@ impl LoopConfig {
         if generator.check().is_err() {
             return Err(LoopError::Generator);
         }
+        let followed = generator.follow_status().map(|_| self.gait_sensor);
+        let has_sensor = |channel| sensors.get(channel).is_some_and(Option::is_some);
+        let feedback = self.feedback.build(period, has_sensor, followed)?;
         Ok(JointLoop::new(
             Stages {
                 gate,
@@ -90,6 +98,7 @@ impl LoopConfig {
                 button,
                 sensors,
                 gait_sensor: self.gait_sensor,
+                feedback,
             },
             generator,
             parked,

@@ -9,6 +9,7 @@ use joint_units::{AdcCode, Joint, Period, Volts};
 
 use crate::control::fault_table::FOLLOWER_LOST_MS;
 use crate::control::monitor::LONGEST_TOLERANCE_S;
+use crate::motion::feedback::FeedbackConfig;
 use crate::setup::robot_config::RobotConfig;
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 use crate::{BoardGenerator, GeneratorConfig, JointLoop, LoopConfig, LoopError};
@@ -157,7 +158,7 @@ pub fn board_loop(
 }
 
 /// Builds the loop of a board with another loop configuration than that of its robot. `gait_sensor` is set to the channel that the generator follows,
-/// `supply` to the chip's reference.
+/// the channels of `feedback` to those of the sensors, and `supply` to the chip's reference.
 ///
 /// # Errors
 /// [`BoardLoopError`] names the part that is not allowed.
@@ -179,6 +180,8 @@ pub fn board_loop_with(
     }
     let reference = ReferenceConfig { min_supply, ..ReferenceConfig::stm32f4(vrefint_cal) };
     let supply = Some(reference.build().map_err(BoardLoopError::Reference)?);
-    let loop_config = LoopConfig { gait_sensor, supply, ..*config };
+    let channel = Joint::ALL.map(|joint| parameters.sensors.channel_of(joint));
+    let feedback = FeedbackConfig { channel, ..config.feedback };
+    let loop_config = LoopConfig { gait_sensor, feedback, supply, ..*config };
     loop_config.build(Period::MILLISECOND, generator, sensors).map_err(BoardLoopError::Loop)
 }

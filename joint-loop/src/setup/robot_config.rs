@@ -2,6 +2,7 @@
 
 use crate::error::{LoopError, inside};
 use crate::motion::blend::{Blend, BlendConfig};
+use crate::motion::feedback::FeedbackConfig;
 use crate::motion::gate::{Gate, GateState};
 use crate::motion::servo::ServoMap;
 use crate::setup::robot::{DEFAULT_PARK, GateConfig, ServoConfig};
@@ -21,6 +22,9 @@ pub struct RobotConfig {
     pub min_supply: Volts,
     /// When a follower stops by itself.
     pub follower: FollowerRules,
+    /// Feedback of each joint: the share of its distance to the last setpoint that is added to its next target. No unit, -0.8 to 0.8; see
+    /// [`crate::motion::feedback`].
+    pub feedback: [f32; Joint::COUNT],
 }
 
 /// When a follower stops by itself: whoever wears or watches the robot is there, or the outputs go off.
@@ -42,7 +46,7 @@ impl FollowerRules {
 
 impl RobotConfig {
     /// The default robot: two hips and two knees on hobby servos with 180 degrees of travel, see [`GateConfig::default_biped`]
-    /// and [`ServoConfig::default_biped`]; 2.7 V, which a supply of 3.3 V behind a diode keeps to.
+    /// and [`ServoConfig::default_biped`]; 2.7 V, which a supply of 3.3 V behind a diode keeps to; no feedback.
     #[must_use]
     pub const fn default_biped() -> Self {
         Self {
@@ -51,6 +55,7 @@ impl RobotConfig {
             park: DEFAULT_PARK,
             min_supply: Volts(2.7),
             follower: FollowerRules::DEFAULT,
+            feedback: FeedbackConfig::NONE.share,
         }
     }
 
@@ -78,6 +83,7 @@ impl RobotConfig {
         inside("robot.min_supply", None, self.min_supply.0, MIN_SUPPLY.0, MAX_SUPPLY.0, "V")?;
         let (least, most) = FollowerRules::STAND_S;
         inside("follower.disarm_after_stand_s", None, self.follower.disarm_after_stand_s, least, most, "s")?;
+        FeedbackConfig::check_shares(&self.feedback)?;
         Robot::build(&self.gate, &self.servos, &self.blend(), period)
     }
 

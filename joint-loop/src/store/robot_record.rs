@@ -1,7 +1,8 @@
 //! The robot record: a robot as bytes. A host writes it to the board's third parameter sector, the board reads it at boot. A board without
 //! one gives no pulse.
 //!
-//! The format is that of [`crate::store::flash_record`] with the magic word "FFRB" and kind 1. Numbers are the bits of `f32`, in SI units:
+//! The format is that of [`crate::store::flash_record`] with the magic word "FFRB" and kind 1, or 2 if a joint has feedback: a program that does not
+//! know feedback refuses the record. Numbers are the bits of `f32`, in SI units:
 //! ```text
 //! least supply      V
 //! stand             s, after which a follower without a stride of its person disarms
@@ -17,6 +18,8 @@
 //!   direction       0 forward, 1 mirrored
 //!   shortest        us, an integer
 //!   longest         us, an integer
+//! in kind 2, of each joint, not all 0:
+//!   feedback        share of the distance to the last setpoint that is added to the next target, no unit
 //! of each pose limit, 0 to 6:
 //!   first, second   indices in Joint::ALL
 //!   sense           0 sum, 1 difference
@@ -39,13 +42,15 @@ pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 /// First bytes of a record.
 pub const MAGIC: [u8; 4] = *b"FFRB";
 const SCHEMA: u16 = 2;
+/// A robot without feedback, and one with it.
 const KIND: u16 = 1;
-/// Words of a robot without pose limits.
+const FEEDBACK_KIND: u16 = 2;
 /// Words before those of the joints.
 const HEAD_WORDS: usize = 3;
+/// Words of a robot without pose limits and feedback.
 const JOINT_WORDS: usize = HEAD_WORDS + 11 * Joint::COUNT;
 const POSE_WORDS: usize = 4;
-const MAX_WORDS: usize = JOINT_WORDS + POSE_WORDS * POSE_LIMITS;
+const MAX_WORDS: usize = JOINT_WORDS + Joint::COUNT + POSE_WORDS * POSE_LIMITS;
 
 /// Why a sector has no robot record, although it is not erased.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +67,8 @@ pub enum RobotRecordError {
         /// The largest word that is allowed.
         most: u32,
     },
+    /// Every feedback of a record of a robot with feedback is 0.
+    NoFeedback,
     /// The robot is not allowed.
     Robot(LoopError),
 }
@@ -74,6 +81,9 @@ impl fmt::Display for RobotRecordError {
             }
             Self::Frame(error) => write!(f, "{error}"),
             Self::Word { field, word, most } => write!(f, "{field} is {word}; allowed is 0 to {most}"),
+            Self::NoFeedback => f.write_str(
+                "kind 2 is of a robot with feedback, and every feedback is 0; allowed is one that is not: make the record again with `footfall pack --robot`",
+            ),
             Self::Robot(error) => write!(f, "{error}"),
         }
     }
@@ -113,8 +123,10 @@ pub struct Stored {
 /// Makes the record of a robot. Its pose limits are stored without gaps between them.
 #[must_use]
 pub fn record_of(robot: &RobotConfig, name: &RecordName) -> Record {
-    let RobotConfig { gate, servos, park, min_supply, follower } = robot;
-    Record::new(MAGIC, SCHEMA, KIND, name, |record| {
+    let RobotConfig { gate, servos, park, min_supply, follower, feedback } = robot;
+    let has_feedback = *feedback != [0.0; Joint::COUNT];
+    let kind = if has_feedback { FEEDBACK_KIND } else { KIND };
+    Record::new(MAGIC, SCHEMA, kind, name, |record| {
         record.floats(&[min_supply.0, follower.disarm_after_stand_s]);
         record.push(follower.walks_again_after_lost_sensor.into());
         let limits = gate.range.iter().zip(&gate.rate).zip(&gate.acceleration);
@@ -125,6 +137,9 @@ pub fn record_of(robot: &RobotConfig, name: &RecordName) -> Record {
             record.push(servo.direction as u32);
             record.push(servo.shortest.0.into());
             record.push(servo.longest.0.into());
+        }
+        if has_feedback {
+            record.floats(feedback);
         }
         for limit in gate.pose.iter().flatten() {
             record.push(limit.first as u32);
@@ -153,8 +168,13 @@ pub fn record_of(robot: &RobotConfig, name: &RecordName) -> Record {
 /// [`RobotRecordError`]; also if the robot is not allowed at a period of 1 ms.
 pub fn read(sector: &[u8]) -> Result<Option<Stored>, RobotRecordError> {
     let is_known = |kind, words: u32| {
-        let poses = (words as usize).checked_sub(JOINT_WORDS);
-        kind == KIND && poses.is_some_and(|words| words % POSE_WORDS == 0 && words <= POSE_WORDS * POSE_LIMITS)
+        let others = match kind {
+            KIND => JOINT_WORDS,
+            FEEDBACK_KIND => JOINT_WORDS + Joint::COUNT,
+            _ => return false,
+        };
+        let poses = (words as usize).checked_sub(others);
+        poses.is_some_and(|words| words % POSE_WORDS == 0 && words <= POSE_WORDS * POSE_LIMITS)
     };
     let Some(mut found) = open(sector, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
     let mut robot = RobotConfig::default_biped();
@@ -172,6 +192,12 @@ pub fn read(sector: &[u8]) -> Result<Option<Stored>, RobotRecordError> {
         *acceleration = RadPerSec2(radians_per_second2);
         *park = Radians(angle);
         *servo = servo_of(&mut found.words)?;
+    }
+    if found.kind == FEEDBACK_KIND {
+        robot.feedback = found.words.floats()?;
+        if robot.feedback == [0.0; Joint::COUNT] {
+            return Err(RobotRecordError::NoFeedback);
+        }
     }
     for limit in pose.iter_mut() {
         *limit = if found.words.is_empty() { None } else { Some(pose_of(&mut found.words)?) };
@@ -246,8 +272,17 @@ mod tests {
         robot
     }
 
+    /// The same with feedback, other at each joint.
+    fn with_feedback() -> RobotConfig {
+        RobotConfig { feedback: [-0.8, 0.0, 0.3, 0.8], ..other() }
+    }
+
     fn of_words(words: &[u32]) -> Record {
-        Record::new(MAGIC, SCHEMA, KIND, &NAME, |record| words.iter().for_each(|word| record.push(*word)))
+        of_kind(KIND, words)
+    }
+
+    fn of_kind(kind: u16, words: &[u32]) -> Record {
+        Record::new(MAGIC, SCHEMA, kind, &NAME, |record| words.iter().for_each(|word| record.push(*word)))
     }
 
     fn words_of(record: &Record) -> Vec<u32> {
@@ -257,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_robot_is_read_back_and_a_changed_bit_is_found() {
-        for robot in [RobotConfig::default_biped(), other()] {
+        for robot in [RobotConfig::default_biped(), other(), with_feedback()] {
             let record = record_of(&robot, &NAME);
             let stored = read(record.bytes()).expect("whole").expect("there");
             assert_eq!(stored, Stored { robot, name: NAME, crc: record.crc() });
@@ -318,12 +353,42 @@ mod tests {
             assert!(error.starts_with(words), "{place}: {error}");
         }
         let seven = [good.clone(), good[JOINT_WORDS..JOINT_WORDS + 8].to_vec()].concat();
-        let longest: &[u32] = &seven[..MAX_WORDS];
+        let longest: &[u32] = &seven[..MAX_WORDS - Joint::COUNT];
         assert!(read(of_words(longest).bytes()).is_ok());
         assert!(matches!(
             read(of_words(&good[..good.len() - 1]).bytes()),
             Err(RobotRecordError::Frame(FlashRecordError::Kind { kind: KIND, .. }))
         ));
+    }
+
+    /// The feedback stands between the joints and the pose limits, and only in a record of a robot that has some.
+    #[test]
+    fn feedback_has_a_kind_of_its_own() {
+        let (without, with) = (words_of(&record_of(&other(), &NAME)), words_of(&record_of(&with_feedback(), &NAME)));
+        let feedback = with_feedback().feedback.map(f32::to_bits);
+        assert_eq!(with, [&without[..JOINT_WORDS], &feedback, &without[JOINT_WORDS..]].concat());
+        let read_as = |kind, words: &[u32]| read(of_kind(kind, words).bytes());
+        let robot = |found: Result<Option<Stored>, RobotRecordError>| found.expect("whole").expect("there").robot;
+        assert_eq!((robot(read_as(1, &without)), robot(read_as(2, &with))), (other(), with_feedback()));
+        // A zero of either sign is none.
+        let signed = RobotConfig { feedback: [0.0, -0.0, 0.0, -0.0], ..other() };
+        assert_eq!(record_of(&signed, &NAME).bytes(), record_of(&other(), &NAME).bytes());
+        for (place, word, words) in [
+            (0, (-0.9_f32).to_bits(), "robot.feedback[left_hip] is -0.9; allowed are -0.8 to 0.8"),
+            (3, f32::NAN.to_bits(), "robot.feedback[right_knee] is not a finite number"),
+        ] {
+            let mut wrong = with.clone();
+            wrong[JOINT_WORDS + place] = word;
+            assert_eq!(read_as(2, &wrong).expect_err(words).to_string(), words);
+        }
+        for zero in [0.0_f32, -0.0] {
+            let mut none = with.clone();
+            none[JOINT_WORDS..JOINT_WORDS + Joint::COUNT].fill(zero.to_bits());
+            assert_eq!(read_as(2, &none), Err(RobotRecordError::NoFeedback));
+        }
+        // The words of the one kind as the other: the number of words is allowed, what they say is not.
+        assert!(read_as(1, &with).is_err() && read_as(2, &without).is_err());
+        assert!(matches!(read_as(3, &with), Err(RobotRecordError::Frame(FlashRecordError::Kind { kind: 3, .. }))));
     }
 
     /// A record of the schema before, which had no rules of a follower: the board stays off, and the words say how the record is made again.
@@ -348,6 +413,8 @@ mod tests {
                 near[place] = word;
             }
             let _ = read(of_words(&near).bytes());
+            let _ = read(of_kind(FEEDBACK_KIND, &near).bytes());
+            let _ = read(of_kind(FEEDBACK_KIND, &words).bytes());
         }
     }
 }

@@ -5,6 +5,7 @@
 //! least half of its motion. A limit that acts is counted, and the difference that it makes is the error as driven.
 
 use cpg_core::Generator;
+use joint_loop::motion::feedback::FeedbackConfig;
 use joint_loop::{Cause, JointLoop, LoopConfig, Sample, SupervisorState};
 use joint_units::{Joint, Period};
 use serde::Serialize;
@@ -92,6 +93,8 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
     for start in 0..STARTS {
         let mut config = *config;
         config.monitor.sensor_required = false;
+        // Without a body there is no angle of a joint to feed back.
+        config.feedback = FeedbackConfig::NONE;
         let led = subject.led(Period::MILLISECOND)?;
         let mut joints: JointLoop<Led, 0> =
             config.build(Period::MILLISECOND, led, []).map_err(|error| error.to_string())?;
@@ -221,6 +224,16 @@ mod tests {
         assert!(got.ticks > 4 * 20_000, "{got:?}");
         let cycles = got.strides[got.strides.len() - 1].0 - got.strides[0].0;
         assert!((3.0..3.4).contains(&cycles), "{cycles}");
+    }
+
+    #[test]
+    fn feedback_of_the_robot_is_left_out() {
+        let mut robot = LoopConfig::default_biped();
+        robot.feedback.share = [0.0, 0.0, 0.3, 0.3];
+        let set = GeneratorSet::PhaseCoupled(default_walk());
+        let [with, without] = [robot, LoopConfig::default_biped()].map(|robot| format!("{:?}", walks(&set, &robot)));
+        assert_eq!(with, without);
+        assert!(with.contains("walks: true"), "{with}");
     }
 
     /// Hips 45 degrees each way: 90 degrees apart, where 75 are allowed. A knee that is 3 degrees too far is limited, and walks.

@@ -17,7 +17,7 @@
 //! ...
 //! ```
 //! `footfall defaults robot` prints the default robot in this layout. Every field is required, so that a file does not depend on the
-//! defaults of the program that reads it. A file of schema 1 has no table `follower`: it is read with the numbers that every board had then, those above. Numbers are written in the shortest form that reads back to the same bits.
+//! defaults of the program that reads it; but for `feedback` of a joint, a share from -0.8 to 0.8 that is 0 where it is absent. A file of schema 1 has no table `follower`: it is read with the numbers that every board had then, those above. Numbers are written in the shortest form that reads back to the same bits.
 
 use std::path::Path;
 
@@ -50,6 +50,8 @@ const COMMENT: &str = "\
 # follower: when a generator that follows a person stops by itself. disarm_after_stand_s, 1 to 60: after so long without a stride of the person the
 # outputs go off. walks_again_after_lost_sensor: true lets it walk again by itself when a sensor that was lost for more than 5 s is good again, before
 # the outputs are off by the time above; with false that takes a hold of the button.
+# A joint with a sensor may have feedback = 0.3, or another share from -0.8 to 0.8: so much of its distance to its last setpoint is added to its next
+# target. Above 0 the joint is stiffer, below 0 softer; without the key it is 0. The generator must not follow this joint.
 ";
 
 /// Largest bound of a pose limit, without its sign.
@@ -177,6 +179,9 @@ struct OneJoint {
     direction: Direction,
     shortest_us: u16,
     longest_us: u16,
+    /// `None` is 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    feedback: Option<f32>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -193,7 +198,7 @@ struct Pose {
 
 impl Layout {
     fn of(file: &RobotFile) -> Self {
-        let RobotConfig { gate, servos, park, min_supply, follower } = file.robot;
+        let RobotConfig { gate, servos, park, min_supply, follower, feedback } = file.robot;
         let joint = |joint: Joint| {
             let at = joint as usize;
             let (range, servo) = (gate.range[at], servos[at]);
@@ -208,6 +213,7 @@ impl Layout {
                 direction: servo.direction,
                 shortest_us: servo.shortest.0,
                 longest_us: servo.longest.0,
+                feedback: Some(feedback[at]).filter(|share| share.to_bits() != 0),
             }
         };
         let pose = |limit: PoseLimit| {
@@ -260,6 +266,7 @@ impl Layout {
             park: joints.map(|joint| rad(joint.park_deg)),
             min_supply: Volts(self.min_supply_v),
             follower,
+            feedback: joints.map(|joint| joint.feedback.unwrap_or(0.0)),
         }
     }
 }
@@ -298,6 +305,7 @@ fn field_of(error: &LoopError) -> String {
         "servos.neutral" => "neutral_us",
         "servos.angle_at_neutral" => "angle_at_neutral_deg",
         "servos.micros_per_radian" => "us_per_rad",
+        "robot.feedback" => "feedback",
         // What a robot alone does not have.
         _ => return "schema".into(),
     };

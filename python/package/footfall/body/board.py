@@ -17,14 +17,20 @@ _FIRST_FRAME_S = 0.1
 class BoardDriver:
     """The image that would be flashed, on the virtual board. Use it in a ``with`` block: its end is that of the run on the board.
 
-    ``elf``: the image; ``robot``: a robot record, without which no servo gets pulses; ``generator``: a generator record (``footfall pack`` writes
-    both); ``emulator``: the program ``virtual-board``, as for ``footfall.VirtualBoard``. Times in s, volts in V, pulses in us.
+    ``elf``: the image; ``robot``: a robot record, without which no servo gets pulses; ``generator``, ``sensors``: a generator and a sensor record
+    (``footfall pack`` writes them); ``emulator``: the program ``virtual-board``, as for ``footfall.VirtualBoard``. Times in s, volts in V, pulses in us.
     """
 
     def __init__(
-        self, elf: PathLike, *, robot: PathLike, generator: Optional[PathLike] = None, emulator: Optional[PathLike] = None
+        self,
+        elf: PathLike,
+        *,
+        robot: PathLike,
+        generator: Optional[PathLike] = None,
+        sensors: Optional[PathLike] = None,
+        emulator: Optional[PathLike] = None,
     ) -> None:
-        self._board = VirtualBoard(elf, emulator=emulator, robot=robot, generator=generator)
+        self._board = VirtualBoard(elf, emulator=emulator, robot=robot, generator=generator, sensors=sensors)
         self._start_s = 0.0
         self._last: Optional[Step] = None
 

@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from .. import JOINTS, Generator, Servo, certify, servos
 from .._errors import FootfallError, InputError
-from . import body_file, feedback, picture, report, size, wearer_cli
+from . import board_feedback, body_file, feedback, picture, report, size, wearer_cli
 from .board import BoardDriver
 from .by_name import named_generator, named_robot
 from .drivers import LoopDriver
@@ -21,6 +21,7 @@ from .plane import Plane
 from .plane import search as search_plane
 from .search import Task, search
 from .seeds import KINDS, variation
+from .sensor import DEFAULT_SENSORS, sensors_of
 from .simulation import PUSH_AT_S, Body, Trace, run
 
 _EXAMPLES = """examples:
@@ -37,6 +38,7 @@ _EXAMPLES = """examples:
   python -m footfall.body report --help
   python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml
   python -m footfall.body feedback --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml
+  python -m footfall.body feedback --loop 0.3 --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml
 
 All numbers are simulation; docs/body.md says what each rig is honest for."""
 
@@ -98,6 +100,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("command", nargs="?", choices=("walk", "size", "search", "feedback", "defaults"), default="walk", help=_COMMANDS)
     parser.add_argument("--law", action="append", choices=tuple(feedback.LAWS), help="feedback: a law to try; may be given several times (all of them)")
+    parser.add_argument(
+        "--loop",
+        metavar="SHARE",
+        type=_number(-0.8, 0.8, ", the share of both knees"),
+        help="feedback: instead of the laws, the control loop of the boards with this feedback at both knees in the robot file, and without",
+    )
     parser.add_argument("--rig", choices=RIGS, help="hung in the air, on a boom that holds the lean (default), or free in the plane (always with feedback)")
     parser.add_argument(
         "--robot",
@@ -116,6 +124,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--elf", metavar="ELF", help="an image on the virtual board; without it, the control loop in this process")
     parser.add_argument("--robot-record", metavar="FILE", help="robot record of the image, as `footfall pack --robot` writes it")
     parser.add_argument("--generator-record", metavar="FILE", help="generator record of the image; without it, its default walk")
+    parser.add_argument(
+        "--sensor-record",
+        metavar="FILE",
+        help="sensor record of the image: the joints of --robot-file that have feedback, left before right and hips before knees, with `footfall defaults sensor`",
+    )
     parser.add_argument("--exchange", metavar="MS", type=_whole(1, 20), help="how far the image goes at once, ms (1): a larger number is faster")
     parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits of the body; the default robot without it")
     parser.add_argument("--servo", choices=servos(), help="servo of all joints; that of the robot without it")
@@ -143,6 +156,10 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
     """The runs of all seeds."""
     robot, found = named_robot(options.robot), []
     seeds = [0] if options.seeds is None else list(range(1, options.seeds + 1))
+    sensors = sensors_of(options.robot_file)
+    if options.elf is not None and sensors != DEFAULT_SENSORS and not options.sensor_record:
+        names = " ".join(f"--sensor {joint}=sensor.toml" for joint, _ in sensors)
+        raise InputError(f"--robot-file: a joint has feedback, so --elf needs --sensor-record; `footfall pack {names} -o sensors.bin` writes it")
     for number, seed in enumerate(seeds, 1):
         varied = variation(seed, options.kind)
         body = Body(
@@ -154,11 +171,16 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
             robot_file=options.robot_file,
         )
         if options.elf is None:
-            driver = LoopDriver(named_generator(options.gait), robot=options.robot_file, speed=options.speed)
-            trace, stopped = run(body, driver, options.secs, seed=seed, until=fallen, push_ns=options.push), driver.stopped
+            # Without feedback the sensor is that of the joint that the generator follows.
+            of_loop = None if sensors == DEFAULT_SENSORS else sensors
+            driver = LoopDriver(named_generator(options.gait), robot=options.robot_file, sensors=of_loop, speed=options.speed)
+            trace = run(body, driver, options.secs, seed=seed, sensors=sensors, until=fallen, push_ns=options.push)
+            stopped = driver.stopped
         else:
-            with BoardDriver(options.elf, robot=options.robot_record, generator=options.generator_record) as board:
-                trace = run(body, board, options.secs, seed=seed, until=fallen, push_ns=options.push, exchange_ms=options.exchange or 1)
+            records = {"robot": options.robot_record, "generator": options.generator_record, "sensors": options.sensor_record}
+            with BoardDriver(options.elf, **records) as board:
+                exchange_ms = options.exchange or 1
+                trace = run(body, board, options.secs, seed=seed, sensors=sensors, until=fallen, push_ns=options.push, exchange_ms=exchange_ms)
                 stopped = board.stopped
         has_fallen = fallen(body)
         if stopped is not None:
@@ -275,8 +297,10 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
     result = f"cost {found.cost:.3f} (minus the speed in m/s, plus falls), {found.falls} of {found.compared} fall; simulation"
     lines = [f"{found.runs} runs of {options.secs:g} s, {result}"]
     if found.hold_nm:
-        lines.append(f"a spring of {found.hold_nm:.2f} N m still holds the lean: it does not walk free yet; go on with "
-            f"--gait {options.output} --robot-file {options.robot_output} --hold {found.hold_nm:.2f}")
+        lines.append(
+            f"a spring of {found.hold_nm:.2f} N m still holds the lean: it does not walk free yet; go on with --gait {options.output} "
+            f"--robot-file {options.robot_output} --hold {found.hold_nm:.2f}"
+        )
     walks = "walks" if certificate.walks else f"does not walk: {certificate.walks_why_not}"
     lines.append(f"wrote {options.output} and {options.robot_output}: {certificate.status}, {walks}")
     lines += [f"  {reason.because}" for reason in certificate.reasons]
@@ -287,7 +311,10 @@ def _search_plane(options: argparse.Namespace, values: Dict[str, int], seeds: in
 
 def _feedback(options: argparse.Namespace) -> str:
     """The tables of what robots stand with each law, or with those of `--law`, and of the differences to none; 50 robots without `--seeds`."""
-    robot, gait, seeds = named_robot(options.robot), Gait.of(named_generator(options.gait)), range(1, (options.seeds or 50) + 1)
+    seeds = range(1, (options.seeds or 50) + 1)
+    if options.loop is not None:
+        return _feedback_of_loop(options, seeds)
+    robot, gait = named_robot(options.robot), Gait.of(named_generator(options.gait))
     heel = feedback.heel_phase(gait, robot, options.robot_file)
     names = ["none", *(name for name in options.law or feedback.LAWS if name != "none")]
     stood: Dict[str, feedback.Limits] = {}
@@ -301,6 +328,19 @@ def _feedback(options: argparse.Namespace) -> str:
         return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": laws})
     head = f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s, left heel at {heel:.3f} cycles; simulation, not shown on a robot"
     return "\n".join([head, "", *feedback.tables(stood)])
+
+
+def _feedback_of_loop(options: argparse.Namespace, seeds: Sequence[int]) -> str:
+    """The table of what robots stand with feedback in the control loop of the boards, and without."""
+    generator, share = named_generator(options.gait), options.loop
+    found = board_feedback.trials(
+        named_robot(options.robot), generator, options.robot_file, share, seeds, options.kind, options.secs, progress=not options.quiet
+    )
+    if options.json:
+        each = [{"trial": name, **vars(one), "only_with": one.only_with, "only_without": one.only_without} for name, one in found.items()]
+        return json.dumps({"simulation": True, "robots": len(seeds), "kind": options.kind, "feedback": share, "trials": each})
+    head = f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s, the control loop of the boards; simulation, not shown on a robot"
+    return "\n".join([head, "", *board_feedback.table(found, share)])
 
 
 def _error(text: str) -> None:
@@ -332,16 +372,20 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         if options.command != "size" and (len(asked_gaits) > 1 or len(speeds) > 1):
             raise InputError(f"--{'gait' if len(asked_gaits) > 1 else 'speed'}: several are allowed with `size`")
         options.gait, options.speed = asked_gaits[0], speeds[0]
-        if options.elf is None and (options.robot_record or options.generator_record or options.exchange):
-            raise InputError("--robot-record, --generator-record and --exchange are of an image: allowed with --elf; without it, --robot-file and --gait")
+        if options.elf is None and (options.robot_record or options.generator_record or options.sensor_record or options.exchange):
+            raise InputError("--robot-record, --generator-record, --sensor-record and --exchange are of an image: allowed with --elf; without it, --robot-file and --gait")
         if options.elf is not None and (options.gait or options.speed != 1.0):
             raise InputError("--gait and --speed are of the control loop in this process: with --elf the gait is --generator-record, which `footfall pack` writes")
         if options.elf is not None and not options.robot_record:
             raise InputError("--elf needs --robot-record: without it there is no pulse; `footfall pack --robot robot.toml -o robot.bin` writes it")
         # Such an option given to another command would do nothing.
         only = [name for name in (*_SEARCH, "output", "step", "robot_output", "hold") if getattr(options, name) is not None]
-        if options.command != "feedback" and options.law:
-            raise InputError("--law: allowed with `feedback`")
+        if options.command != "feedback" and (options.law or options.loop is not None):
+            raise InputError(f"--{'law' if options.law else 'loop'}: allowed with `feedback`")
+        if options.law and options.loop is not None:
+            raise InputError("--law: the laws are computed beside the control loop; allowed without --loop")
+        if options.loop == 0.0:
+            raise InputError("--loop 0: that is no feedback, which is compared anyway; allowed is -0.8 to 0.8 but for 0")
         if options.command != "search" and only:
             raise InputError(f"--{only[0].replace('_', '-')}: allowed with `search`")
         if options.push and options.secs <= PUSH_AT_S:

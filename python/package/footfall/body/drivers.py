@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 
-from .. import FollowStatus, Generator, JointLoop
+from .. import FollowStatus, Generator, JointLoop, robot as robot_maps
 from .._errors import FootfallError, InputError
 
 Path = Union[str, "os.PathLike[str]"]
@@ -112,6 +112,9 @@ class LoopDriver:
         """
         if later_ms < 0:
             raise InputError(f"later_ms = {later_ms}: allowed is 0 ms or more")
+        fed_back = [joint for joint, one in robot_maps(robot).items() if one["feedback"]]
+        if fed_back:
+            raise InputError(f"feedback of {fed_back[0]} in the robot file: the pulses depend on the body then; allowed is a robot file without feedback")
         # Armed before two seconds, as in `arm`.
         since_power_on = np.arange(2000 + later_ms + round(seconds * 1000.0)) + cls._BOOT_MS
         # A sensor that moves: one that is still would be reported as stuck.

@@ -5,7 +5,7 @@ from typing import List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from .. import JOINTS, sensor_volts
+from .. import JOINTS, robot, sensor_volts
 from .._errors import InputError
 
 Path = Union[str, "os.PathLike[str]"]
@@ -14,6 +14,15 @@ Path = Union[str, "os.PathLike[str]"]
 NOISE_V = 0.004
 #: Angles of the table, rad: those of a person's joints.
 _TABLE_RAD = np.radians(np.arange(-60.0, 150.5, 0.5))
+
+#: The joint that has a sensor on a board without a sensor record, with the published curve.
+DEFAULT_SENSORS: Tuple[Tuple[str, Optional[Path]], ...] = (("left_knee", None),)
+
+
+def sensors_of(robot_file: Optional[Path]) -> Tuple[Tuple[str, Optional[Path]], ...]:
+    """The joints of a robot file that have feedback, in the order of ``JOINTS``, each with the published curve; without any, the default sensor."""
+    shares = {joint: one["feedback"] for joint, one in robot(robot_file).items()}
+    return tuple((joint, None) for joint in JOINTS if shares[joint]) or DEFAULT_SENSORS
 
 
 class Sensors:

@@ -15,13 +15,10 @@ from .drivers import Driver, Frame
 from .model import STEP_S, compiled, mjcf
 from .robots import Robot
 from .seeds import Variation
-from .sensor import Sensors
+from .sensor import DEFAULT_SENSORS, Sensors
 
 Path = Union[str, "os.PathLike[str]"]
 Floats = npt.NDArray[np.float64]
-
-#: The joint that has a sensor on a board without sensor files.
-DEFAULT_SENSORS: Tuple[Tuple[str, Optional[Path]], ...] = (("left_knee", None),)
 
 #: When a push begins, and how long it lasts, s.
 PUSH_AT_S, PUSH_S = 5.0, 0.1

@@ -61,6 +61,9 @@ fn each_field_out_of_range_is_refused_by_name() {
         ("shortest_us = 500", "shortest_us = 499", "left_hip.shortest_us", "500 to 2500 us"),
         ("shortest_us = 500", "shortest_us = 2500", "left_hip.shortest_us", "below the most"),
         ("longest_us = 2500", "longest_us = 2501", "left_hip.longest_us", "500 to 2500 us"),
+        ("shortest_us = 500", "feedback = 0.81\nshortest_us = 500", "left_hip.feedback", "allowed are -0.8 to 0.8"),
+        ("shortest_us = 500", "feedback = -0.9\nshortest_us = 500", "left_hip.feedback", "allowed are -0.8 to 0.8"),
+        ("shortest_us = 500", "feedback = inf\nshortest_us = 500", "left_hip.feedback", "allowed is a finite number"),
     ] {
         let at = default.find(from).unwrap_or_else(|| panic!("{from} is not in the file"));
         let text = format!("{}{to}{}", &default[..at], &default[at + from.len()..]);
@@ -84,6 +87,23 @@ fn each_field_out_of_range_is_refused_by_name() {
     let seven = default.clone() + &default[default.find("[[pose]]").expect("a limit")..];
     let error = parsed(&seven).expect_err("ten limits").to_string();
     assert!(error.contains("field `pose`") && error.contains("0 to 6 limits"), "{error}");
+}
+
+/// The one key that may be absent: it stands in the file of a robot that has feedback, of the joints that have it.
+#[test]
+fn feedback_is_0_where_it_is_absent() {
+    let default = RobotFile::default_biped();
+    assert!(!default.to_toml().lines().any(|line| line.starts_with("feedback")));
+    let mut file = default;
+    file.robot.feedback = [0.0, -0.5, 0.3, 0.0];
+    assert_round_trip(file);
+    let text = file.to_toml();
+    assert_eq!(text.matches("\nfeedback = ").count(), 2, "{text}");
+    let knee = text.find("[left_knee]").expect("the table");
+    assert!(text[knee..].contains("feedback = 0.3\n"), "{text}");
+    let error = parsed(&text.replace("feedback = 0.3", "feedback = \"x\"")).expect_err("no number");
+    let line = text[..knee + text[knee..].find("feedback").expect("the key")].matches('\n').count() + 1;
+    assert_eq!((error.field.as_deref(), error.line), (Some("left_knee.feedback"), Some(line)), "{error}");
 }
 
 /// A file of the version before is read with the numbers of that time; its own key is none of that version, and the table is required in this one.
@@ -133,7 +153,7 @@ proptest! {
         rate in prop::array::uniform4(100.0_f32..500.0), acceleration in prop::array::uniform4(2_000.0_f32..60_000.0),
         park in prop::array::uniform4(0.0_f32..5.0), neutral in prop::array::uniform4(1_450_u16..1_550),
         scale in prop::array::uniform4(300.0_f32..650.0), mirrored: [bool; 4], supply in 1.8_f32..3.6, poses in 0_usize..7,
-        stand in 1.0_f32..60.0, walks_again: bool,
+        stand in 1.0_f32..60.0, walks_again: bool, feedback in prop::array::uniform4(prop::option::of(-0.8_f32..=0.8)),
     ) {
         let mut file = RobotFile::default_biped();
         let robot = &mut file.robot;
@@ -154,6 +174,7 @@ proptest! {
         }
         (robot.park, robot.min_supply) = (rad(park), Volts(supply));
         robot.follower = FollowerRules { disarm_after_stand_s: stand, walks_again_after_lost_sensor: walks_again };
+        robot.feedback = feedback.map(|share| share.unwrap_or(0.0));
         prop_assume!(robot.build(Period::MILLISECOND).is_ok());
         assert_round_trip(file);
     }
