@@ -113,7 +113,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.weight = self.stages.blend.advance_from(self.weight, actions.motion, at_park);
 
         // Feedback.
-        let target = if self.stages.feedback.is_some() { self.target_with_feedback(elapsed) } else { self.target() };
+        let mut target = self.target();
+        if self.stages.feedback.is_some() {
+            self.add_feedback(elapsed, &mut target);
+        }
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions);
@@ -404,13 +407,11 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
-    /// The target, with what the joints' angles ask for added by the weight of the ramps: nothing at the park pose, where they begin and end. Apart from
-    /// the tick, and by value, so that the target without feedback stays in registers.
+    /// Adds what the joints' angles ask for, by the weight of the ramps: nothing at the park pose, where they begin and end.
     #[cold]
     #[inline(never)]
-    fn target_with_feedback(&mut self, elapsed: u32) -> [Radians; Joint::COUNT] {
-        let mut target = self.target();
-        let Some(feedback) = &self.stages.feedback else { return target };
+    fn add_feedback(&mut self, elapsed: u32, target: &mut [Radians; Joint::COUNT]) {
+        let Some(feedback) = &self.stages.feedback else { return };
         let frame = &self.frame;
         let measured = |channel: usize| {
             let is_good = frame.validity.get(channel) == Some(&Some(Validity::Good));
@@ -424,7 +425,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
                 angle.0 += weight * added.0;
             }
         }
-        target
     }
 
     /// Computes setpoints and pulses for a target; `None` if the outputs stay off or an angle is not finite.
