@@ -25,7 +25,7 @@ from .simulation import Body, run
 TRIALS: Dict[str, Tuple[float, float]] = {
     "undisturbed": (0.0, 0.0),
     "push 0.30 N s forwards": (0.0, 0.30),
-    "push 0.30 N s backwards": (0.0, -0.30),
+    "push 0.35 N s backwards": (0.0, -0.35),
     "slope 1.5 deg up": (1.5, 0.0),
     "slope 1.5 deg down": (-1.5, 0.0),
 }
