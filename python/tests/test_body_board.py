@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 import pytest
@@ -24,6 +24,7 @@ pytestmark = pytest.mark.skipif(
 )
 pytest.importorskip("mujoco")
 body: Any = pytest.importorskip("footfall.body")
+from footfall.body.board_feedback import KNEES, with_share  # noqa: E402
 from footfall.body.by_name import named_generator  # noqa: E402
 
 
@@ -85,6 +86,79 @@ def test_the_image_walks_ten_seconds(record: Path, tmp_path: Path, rig: str, gai
     assert not image["fallen"] and image["seconds"] == 10.0 and image["metres"] > least_m
     # The way may differ by what the microseconds of a pulse's edge on the board do.
     assert image["metres"] == pytest.approx(loop.trunk[-1, 0], rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def with_feedback(tmp_path_factory: pytest.TempPathFactory) -> Dict[str, Path]:
+    """The gait that walks free in the plane, its robot with feedback at both knees, and the sensors there: the robot file and three records."""
+    folder, program = tmp_path_factory.mktemp("feedback"), os.environ["FOOTFALL_BIN"]
+    files = {name: folder / name for name in ("robot.toml", "sensor.toml", "robot.bin", "sensors.bin", "gait.bin")}
+    robot = with_share((ROOT / "python" / "walks" / "desk-free-robot.toml").read_text(encoding="utf-8"), 0.3)
+    files["robot.toml"].write_text(robot, encoding="utf-8")
+    files["sensor.toml"].write_bytes(subprocess.run([program, "defaults", "sensor"], capture_output=True, check=True).stdout)
+    sensors = [word for joint, _ in KNEES for word in ("--sensor", f"{joint}={files['sensor.toml']}")]
+    packed = {"robot.bin": ["--robot", files["robot.toml"]], "sensors.bin": sensors, "gait.bin": [ROOT / "python" / "walks" / "desk-free.toml"]}
+    for name, what in packed.items():
+        subprocess.run([program, "pack", *map(str, what), "-o", str(files[name])], capture_output=True, check=True)
+    return files
+
+
+def fed_back(files: Dict[str, Path], *arguments: object) -> Any:
+    """A run of the image free in the plane, by the command line."""
+    options = ["--elf", os.environ["FOOTFALL_ELF"], "--robot-file", files["robot.toml"], "--robot-record", files["robot.bin"]]
+    options += ["--generator-record", files["gait.bin"], "--rig", "free"]
+    options += ["--sensor-record", files["sensors.bin"]] if "sensors.bin" in files else []
+    command = [sys.executable, "-m", "footfall.body", "--json", "--quiet", *map(str, [*options, *arguments])]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    (one,) = json.loads(done.stdout)["each"]
+    return one
+
+
+class FedBackLoop(RecordLoop):
+    """The loop of an image whose pulses depend on its sensors.
+
+    The virtual board reports a servo frame 2.1 ms after its beginning, when its pulses have ended, and three of the four conversions of a tick, which
+    decide their mean, are in the millisecond before it: the board is three ticks ahead of the body. Its converter rounds to the nearest of 4095 codes.
+    """
+
+    def _code(self, volt: float) -> int:
+        return round(volt / self._SUPPLY_V * 4095.0)
+
+    def arm(self, volts: Sequence[float]) -> List[body.Frame]:
+        return super().arm(volts) + self.step(3000, volts)
+
+
+def test_the_image_walks_with_feedback(with_feedback: Dict[str, Path]) -> None:
+    """The knees' sensors move its pulses as they move those of the control loop: to the bit."""
+    image = fed_back(with_feedback)
+    generator = footfall.Generator.read(ROOT / "python" / "walks" / "desk-free.toml")
+    runs = {}
+    for name, robot in (("with", with_feedback["robot.toml"]), ("without", ROOT / "python" / "walks" / "desk-free-robot.toml")):
+        one = body.Body(body.DESK, "free", robot_file=robot)
+        runs[name] = body.run(one, FedBackLoop(generator, robot=robot, sensors=KNEES), 10.0, sensors=KNEES, until=body.fallen)
+    assert image["pulses_sha256"] == body.hashes(runs["with"])["pulses_sha256"] and len(runs["with"].pulses_us) == 500
+    assert image["pulses_sha256"] != body.hashes(runs["without"])["pulses_sha256"]
+    assert not image["fallen"] and image["seconds"] == 10.0 and image["metres"] > 4.0
+    assert image["metres"] == pytest.approx(runs["with"].trunk[-1, 0], abs=1e-6)
+
+
+def test_the_image_recovers_from_a_push_by_feedback_alone(with_feedback: Dict[str, Path], tmp_path: Path) -> None:
+    """A robot that the same push makes fall without feedback; `feedback --loop` counts how many there are."""
+    push = ["--seeds", "1", "--push", "0.3"]
+    stands = fed_back(with_feedback, *push)
+    assert not stands["fallen"] and stands["seconds"] == 10.0 and stands["metres"] > 4.0
+    robot, record = ROOT / "python" / "walks" / "desk-free-robot.toml", tmp_path / "robot.bin"
+    subprocess.run([os.environ["FOOTFALL_BIN"], "pack", "--robot", str(robot), "-o", str(record)], capture_output=True, check=True)
+    falls = fed_back({"gait.bin": with_feedback["gait.bin"], "robot.toml": robot, "robot.bin": record}, *push)
+    assert falls["fallen"] and 5.0 < falls["seconds"] < 7.0
+
+
+def test_a_sensor_record_is_asked_for(with_feedback: Dict[str, Path]) -> None:
+    options = ["--elf", os.environ["FOOTFALL_ELF"], "--robot-file", with_feedback["robot.toml"], "--robot-record", with_feedback["robot.bin"]]
+    command = [sys.executable, "-m", "footfall.body", *map(str, options)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=ROOT)
+    assert done.returncode == 2 and "pack --sensor left_knee=sensor.toml --sensor right_knee=sensor.toml -o sensors.bin" in done.stderr
 
 
 def test_the_command_line_takes_an_image(record: Path) -> None:

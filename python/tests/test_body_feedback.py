@@ -200,7 +200,7 @@ def test_stands_are_counted_pair_by_pair() -> None:
     for count, of in ((0, 50), (13, 50), (50, 50)):
         for bound in wilson(count, of):
             # A share at the bound is 1.96 of its own standard errors from the one that was seen.
-            assert abs(count / of - bound) == pytest.approx(1.959964 * math.sqrt(bound * (1.0 - bound) / of), abs=1e-9)
+            assert abs(count / of - bound) == pytest.approx(1.959964 * math.sqrt(bound * (1.0 - bound) / of), abs=1e-7)
     assert wilson(13, 50)[0] < 0.26 < wilson(13, 50)[1]
     assert mcnemar(0, 0) == 1.0 and mcnemar(3, 3) == 1.0
     assert mcnemar(0, 5) == mcnemar(5, 0) == pytest.approx(2.0 / 32.0)

@@ -45,8 +45,9 @@ class BoardDriver:
     def _frames(self, done: Step) -> List[Frame]:
         self._last = done
         pairs = zip(done.pulses.time_s.tolist(), done.pulses.us.tolist())
-        # A frame in which a servo has no pulse is that of a stop: the servos get nothing.
-        return [Frame(at - self._start_s, (us[0], us[1], us[2], us[3])) for at, us in pairs if not any(np.isnan(us))]
+        # A frame in which a servo has no pulse is that of a stop: the servos get nothing. The board's timer counts microseconds: without the rest that
+        # subtracted times have, a pulse that ends with a millisecond ends with it here too.
+        return [Frame(round(at - self._start_s, 6), (us[0], us[1], us[2], us[3])) for at, us in pairs if not any(np.isnan(us))]
 
     def arm(self, volts: Sequence[float]) -> List[Frame]:
         """The emergency stop is tested and the button held for 0.5 s, while the sensors have about these volts, V; the first frame is at 0 s."""

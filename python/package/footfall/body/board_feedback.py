@@ -21,11 +21,12 @@ from .seeds import variation
 from .sensor import Path
 from .simulation import Body, run
 
-#: What the robots meet: name, slope (deg) and push (N s), near the largest of `feedback` that half of them stand.
+#: What the robots meet: name, slope (deg) and push (N s), near the largest that robots stand by `feedback`.
 TRIALS: Dict[str, Tuple[float, float]] = {
     "undisturbed": (0.0, 0.0),
     "push 0.30 N s forwards": (0.0, 0.30),
     "push 0.30 N s backwards": (0.0, -0.30),
+    "push 0.35 N s backwards": (0.0, -0.35),
     "slope 1.5 deg up": (1.5, 0.0),
     "slope 1.5 deg down": (-1.5, 0.0),
 }

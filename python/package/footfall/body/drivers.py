@@ -70,9 +70,13 @@ class LoopDriver:
         self._ticks = self._limited = 0
         self._first: Optional[int] = None
 
+    def _code(self, volt: float) -> int:
+        """The converter's code of a voltage, V, before its ends; no unit."""
+        return int(volt / self._SUPPLY_V * 4096.0)
+
     def _tick(self, volts: Sequence[float], *, button: bool = False, stop: bool = False) -> Optional[Frame]:
         """One control period; a servo frame if one ends in it."""
-        codes = [min(4095, max(0, int(volt / self._SUPPLY_V * 4096.0))) for volt in volts]
+        codes = [min(4095, max(0, self._code(volt))) for volt in volts]
         clock = self._WATCHDOG_HZ if self._ticks == 0 else None
         # A host's request comes with one tick, here the first.
         request = self._request if self._ticks == 0 else None

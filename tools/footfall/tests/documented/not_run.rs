@@ -183,9 +183,11 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "python -m footfall.body search --rig boom --gait natural-walk --secs 6 --generations 100 -o walk.toml",
             "python -m footfall.body search --rig free --gait natural-walk --robot-file robot.toml --seeds 4 -o free.toml --robot-output free-robot.toml",
             "python -m footfall.body feedback --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml",
+            "python -m footfall.body feedback --loop 0.3 --gait python/walks/desk-free.toml --robot-file python/walks/desk-free-robot.toml",
             "python -m footfall.body --help",
             "python -m footfall.body --elf firmware.elf --robot-record robot.bin",
             "python -m footfall.body --rig free --elf firmware.elf --robot-record free-robot.bin --generator-record free.bin --robot-file python/walks/desk-free-robot.toml --json",
+            "python -m footfall.body --rig free --elf firmware.elf --robot-record stiff.bin --sensor-record sensors.bin --generator-record free.bin --robot-file stiff.toml",
         ],
     ),
     (

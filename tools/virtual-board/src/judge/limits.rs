@@ -34,8 +34,8 @@ pub(crate) const PARAMETERS_END: usize = 0x1_0000;
 /// Bytes before the words of a record, and after them.
 const HEAD: usize = 36;
 const TAIL: usize = 8;
-/// Schema and kind of a robot record.
-const ROBOT_SCHEMA: [u8; 4] = [2, 0, 1, 0];
+/// Schema and kind of a robot record, without feedback and with it, whose words stand behind those of the joints.
+const ROBOT_KINDS: [[u8; 4]; 2] = [[2, 0, 1, 0], [2, 0, 2, 0]];
 /// Words before those of the joints: the least supply, and when a follower stops by itself.
 const HEAD_WORDS: usize = 3;
 /// Words of a joint in it.
@@ -102,7 +102,7 @@ impl Joint {
             return None;
         }
         let Sector::Record(schema, words) = robot else { return None };
-        if *schema != ROBOT_SCHEMA {
+        if !ROBOT_KINDS.iter().any(|kind| schema == kind) {
             return None;
         }
         let words: Vec<u32> =
@@ -159,6 +159,11 @@ pub(super) mod tests {
 
     /// A flash whose robot has, for each joint, -1 to 1 rad at 2 rad/s and 600 us/rad around 1500 us, the last one mirrored around 0.5 rad.
     pub(in crate::judge) fn flash() -> Vec<u8> {
+        flash_of(1, &[])
+    }
+
+    /// The same with another kind of record, and words behind those of the joints.
+    fn flash_of(kind: u8, more: &[u32]) -> Vec<u8> {
         let mut words = vec![3.0_f32.to_bits(), 10.0_f32.to_bits(), 0];
         for joint in 0..4 {
             let mirrored = u32::from(joint == 3);
@@ -166,7 +171,8 @@ pub(super) mod tests {
             words.extend(floats);
             words.extend([1500, (0.5_f32 * mirrored as f32).to_bits(), 600.0_f32.to_bits(), mirrored, 550, 2450]);
         }
-        let mut record = b"FFRB\x02\x00\x01\x00".to_vec();
+        words.extend(more);
+        let mut record = [&b"FFRB\x02\x00"[..], &[kind, 0]].concat();
         record.extend((words.len() as u32).to_le_bytes());
         record.extend([b'a'; 24]);
         words.iter().for_each(|word| record.extend(word.to_le_bytes()));
@@ -186,6 +192,13 @@ pub(super) mod tests {
         );
         assert_eq!((limits.us_per_s, limits.trim_us), ([1200.0; 4], Some([[550.0, 2450.0]; 4])));
         assert_eq!((limits.park_us, limits.neutral_us), ([1500.0; 4], Some([1500.0; 4])));
+    }
+
+    #[test]
+    fn feedback_changes_no_limit_and_another_kind_allows_no_pulse() {
+        let feedback = [0.0_f32, 0.0, 0.3, 0.3].map(f32::to_bits);
+        assert_eq!(Limits::of_flash(&flash_of(2, &feedback)), Limits::of_flash(&flash()));
+        assert_eq!(Limits::of_flash(&flash_of(3, &feedback)), None);
     }
 
     #[test]
