@@ -54,12 +54,6 @@ def test_both_drivers_give_the_same_pulses(record: Path) -> None:
     np.testing.assert_allclose(board.trunk[-1], loop.trunk[-1], atol=0.02)
 
 
-class RecordLoop(body.LoopDriver):
-    """The loop of an image that reads a generator record: its boot takes a millisecond longer, and its servo frames stay where they were."""
-
-    _FIRST_FRAME_TICKS, _BOOT_MS = 11, 12
-
-
 @pytest.mark.parametrize("rig,gait,robot,least_m", [
     ("boom", "natural-walk", None, 3.0),
     ("boom", "python/walks/desk-boom.toml", None, 6.0),
@@ -81,7 +75,7 @@ def test_the_image_walks_ten_seconds(record: Path, tmp_path: Path, rig: str, gai
     assert done.returncode == 0, done.stderr
     (image,) = json.loads(done.stdout)["each"]
     one = body.Body(body.DESK, rig, robot_file=file)
-    loop = body.run(one, RecordLoop(generator, robot=file), 10.0, until=body.fallen)
+    loop = body.run(one, body.LoopDriver(generator, robot=file), 10.0, until=body.fallen)
     assert image["pulses_sha256"] == body.hashes(loop)["pulses_sha256"] and len(loop.pulses_us) == 500
     assert not image["fallen"] and image["seconds"] == 10.0 and image["metres"] > least_m
     # The way may differ by what the microseconds of a pulse's edge on the board do.
@@ -115,7 +109,7 @@ def fed_back(files: Dict[str, Path], *arguments: object) -> Any:
     return one
 
 
-class FedBackLoop(RecordLoop):
+class FedBackLoop(body.LoopDriver):
     """The loop of an image whose pulses depend on its sensors.
 
     The virtual board reports a servo frame 2.1 ms after its beginning, when its pulses have ended, and three of the four conversions of a tick, which

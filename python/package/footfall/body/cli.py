@@ -173,7 +173,8 @@ def _runs(options: argparse.Namespace) -> List[Tuple[Trace, Dict[str, Any]]]:
         if options.elf is None:
             # Without feedback the sensor is that of the joint that the generator follows.
             of_loop = None if sensors == DEFAULT_SENSORS else sensors
-            driver = LoopDriver(named_generator(options.gait), robot=options.robot_file, sensors=of_loop, speed=options.speed)
+            generator = None if options.gait is None else named_generator(options.gait)
+            driver = LoopDriver(generator, robot=options.robot_file, sensors=of_loop, speed=options.speed)
             trace = run(body, driver, options.secs, seed=seed, sensors=sensors, until=fallen, push_ns=options.push)
             stopped = driver.stopped
         else:
@@ -314,7 +315,7 @@ def _feedback(options: argparse.Namespace) -> str:
     seeds = range(1, (options.seeds or 50) + 1)
     if options.loop is not None:
         return _feedback_of_loop(options, seeds)
-    robot, gait = named_robot(options.robot), Gait.of(named_generator(options.gait))
+    robot, gait = named_robot(options.robot), feedback.gait_of(named_generator(options.gait), options.robot_file)
     heel = feedback.heel_phase(gait, robot, options.robot_file)
     names = ["none", *(name for name in options.law or feedback.LAWS if name != "none")]
     stood: Dict[str, feedback.Limits] = {}

@@ -44,7 +44,7 @@ class Pulses:
 class LoopDriver:
     """The control loop of the boards, computed by this package: for the same codes of the sensors the same setpoints and pulses as the board's, bit for bit.
 
-    ``generator``: the default walk without it; ``robot``: a robot file; ``sensors``: pairs of a joint and its sensor file, as for ``JointLoop``.
+    ``generator``: that of a generator record; without it, the default walk of an image without one. ``robot``: a robot file; ``sensors``: pairs of a joint and its sensor file, as for ``JointLoop``.
     ``speed``: factor on the speed of the gait, 0.5 to 1.5, which a host sets before the arming. The servo frames have the board's 20 ms.
     """
 
@@ -52,8 +52,8 @@ class LoopDriver:
     _SUPPLY_V, _VREFINT = 3.0, 1652
     _FRAME_TICKS = 20
     #: The image on the virtual board begins its first servo frame so many ticks after the tick that switches the outputs on, and its first tick so
-    #: many milliseconds after power-on (a test compares the pulses).
-    _FIRST_FRAME_TICKS, _BOOT_MS = 10, 11
+    #: many milliseconds after power-on: with its default walk, and with a generator record, which it reads for a millisecond (tests compare the pulses).
+    _OF_DEFAULT_WALK, _OF_RECORD = (10, 11), (11, 12)
     #: Of the oscillator that the board measures, Hz.
     _WATCHDOG_HZ = 32_000
 
@@ -67,6 +67,7 @@ class LoopDriver:
     ) -> None:
         self._request = None if speed == 1.0 else f"1 set speed {speed:g}"
         self._loop = JointLoop(generator, robot=robot, sensors=sensors)
+        self._first_frame_ticks, self._boot_ms = self._OF_DEFAULT_WALK if generator is None else self._OF_RECORD
         self._ticks = self._limited = 0
         self._first: Optional[int] = None
 
@@ -89,7 +90,7 @@ class LoopDriver:
         if self._first is None:
             self._first = self._ticks
         self._limited += tick.limited != 0
-        since = self._ticks - self._first - self._FIRST_FRAME_TICKS
+        since = self._ticks - self._first - self._first_frame_ticks
         if since < 0 or since % self._FRAME_TICKS:
             return None
         hip, other_hip, knee, other_knee = (float(width) for width in pulses)
@@ -102,7 +103,7 @@ class LoopDriver:
         for at in range(2000):
             held = [volt + float(shake) for volt, shake in zip(volts, tremble[at])]
             # The times of VirtualBoard.arm.
-            since_power_on = at + self._BOOT_MS
+            since_power_on = at + self._boot_ms
             frame = self._tick(held, button=200 <= since_power_on < 700, stop=50 <= since_power_on < 150)
             if frame is not None:
                 return [frame]
@@ -110,7 +111,7 @@ class LoopDriver:
 
     @classmethod
     def pulses(cls, generator: Generator, seconds: float, *, robot: Optional[Path] = None, later_ms: int = 0) -> Pulses:
-        """The pulses of a time, s, without a body, in one call of the loop: the same ones for a generator that follows no sensor.
+        """The pulses of a time, s, without a body, in one call of the loop: those of a driver with this generator, which follows no sensor.
 
         ``later_ms``: how much later the button is held than in a run, ms.
         """
@@ -120,7 +121,8 @@ class LoopDriver:
         if fed_back:
             raise InputError(f"feedback of {fed_back[0]} in the robot file: the pulses depend on the body then; allowed is a robot file without feedback")
         # Armed before two seconds, as in `arm`.
-        since_power_on = np.arange(2000 + later_ms + round(seconds * 1000.0)) + cls._BOOT_MS
+        first_frame_ticks, boot_ms = cls._OF_RECORD
+        since_power_on = np.arange(2000 + later_ms + round(seconds * 1000.0)) + boot_ms
         # A sensor that moves: one that is still would be reported as stuck.
         codes = np.round(2048.0 + 300.0 * np.sin(since_power_on / 200.0)).astype(np.uint16)[:, np.newaxis]
         stop = np.where((since_power_on >= 50) & (since_power_on < 150), 1 << 1, 0)
@@ -132,11 +134,11 @@ class LoopDriver:
         if not len(on):
             raise FootfallError(f"the control loop does not arm: its state is {loop.state}, the cause {loop.cause}")
         count = round(seconds * 1000.0)
-        widths = ticks.pulses_us[on[0] + cls._FIRST_FRAME_TICKS :][: count : cls._FRAME_TICKS].astype(np.float64)
+        widths = ticks.pulses_us[on[0] + first_frame_ticks :][: count : cls._FRAME_TICKS].astype(np.float64)
         if not widths[:, 0].all():
             raise FootfallError(f"the outputs went off within {seconds} s: {loop.cause}")
         frames = [Frame(at * cls._FRAME_TICKS / 1000.0, tuple(us)) for at, us in enumerate(widths.tolist())]
-        return Pulses(frames, float(np.mean(ticks.limited[on[0] :][: count + cls._FIRST_FRAME_TICKS] != 0)))
+        return Pulses(frames, float(np.mean(ticks.limited[on[0] :][: count + first_frame_ticks] != 0)))
 
     def step(self, us: int, volts: Sequence[float], *, stop: bool = False) -> List[Frame]:
         """Goes on for a time, us, a whole number of control periods; V at the sensors. ``stop``: the emergency stop is pressed."""

@@ -1,7 +1,8 @@
 """Feedback from the body to the pattern, free in the plane: what a foot switch and the joints' sensors can change, once in each servo frame.
 
 A trial of this package, not of the boards: the laws act on the phase and on the targets of an open-loop gait, before the gate of the boards, from a
-foot switch and the exact angles of the joints; a board measures angles with noise. The pulses without feedback are those of a board, rounding included.
+foot switch and the exact angles of the joints; a board measures angles with noise. The pulses without feedback are those of a board,
+within 1 us in 1 of 100 servo frames.
 """
 
 import math
@@ -12,8 +13,9 @@ from typing import Dict, List, Optional, Sequence, Tuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import JOINTS, Gate
-from .._errors import FootfallError
+from .. import JOINTS, Gate, Generator
+from .._errors import FootfallError, InputError
+from .drivers import LoopDriver
 from .gait import Gait
 from .measures import FALLEN_RAD, FALLEN_SHARE
 from .robots import Robot
@@ -26,7 +28,7 @@ Floats = npt.NDArray[np.float64]
 #: The board's servo frame, ms.
 FRAME_MS = 20
 #: Time of the ramp from the park pose, s, and the age of the ramp and of the generator at the first servo frame, as `LoopDriver` arms, s.
-_RAMP_S, _RAMP_AGE_S, _GENERATOR_AGE_S = 2.0, 0.010, 0.719
+_RAMP_S, _RAMP_AGE_S, _GENERATOR_AGE_S = 2.0, 0.011, 0.719
 #: Feedback begins with the ramp's end, s.
 _FROM_S = 2.0
 #: A foot switch closes at this force, N: a tenth of the desk robot's weight.
@@ -77,6 +79,19 @@ LAWS: Dict[str, Law] = {
     "all, half": Law(reset=-0.05, hip_deg=-13.5, step=-0.1, knee_deg=-4.25, hips=-0.37, knees=0.29),
     "all": Law(reset=-0.1, hip_deg=-27.0, step=-0.2, knee_deg=-8.5, hips=-0.74, knees=0.58),
 }
+
+
+def gait_of(generator: Generator, robot_file: Optional[Path]) -> Gait:
+    """The gait of a generator, which the laws change; ``InputError`` if its pulses differ by more than 1 us from the generator's in 4 s."""
+    gait = Gait.of(generator)
+    both = [LoopDriver.pulses(one, 4.0, robot=robot_file).frames for one in (generator, gait.generator())]
+    apart_us = max(abs(ours - theirs) for one, other in zip(*both) for ours, theirs in zip(one.us, other.us))
+    if apart_us > 1.0:
+        raise InputError(
+            f"the pulses of this generator differ by up to {apart_us:g} us from those of its left leg's first harmonics: allowed is a gait whose legs do the "
+            "same half a stride apart, with two harmonics at the hips and three at the knees, as `search` writes one"
+        )
+    return gait
 
 
 def _ramp(age_s: Floats) -> Floats:

@@ -95,7 +95,7 @@ def one_run(row: Row, seed: int, step_s: float = STEP_S) -> Dict[str, Any]:
     varied = variation(seed, given.kind)
     varied = replace(varied, slope_deg=varied.slope_deg + given.slope)
     body = Body(named(given.robot), given.rig, variation=varied, robot_file=given.robot_file, step_s=step_s)
-    driver = LoopDriver(named_generator(given.gait), robot=given.robot_file)
+    driver = LoopDriver(None if given.gait is None else named_generator(given.gait), robot=given.robot_file)
     trace = run(body, driver, SECS, seed=seed, until=fallen, push_ns=given.push)
     if driver.stopped is not None:
         raise FootfallError(f"{row.options}, seed {seed}: the outputs went off: {driver.stopped}")
