@@ -213,10 +213,12 @@ def text(found: Dict[str, Any]) -> List[str]:
     rows = []
     for line in [one for one in found["rows"] if "nominal" in one]:
         one, half = line["nominal"], line.get("halved")
-        change = "" if half is None else f"{half['metres']:.3f} ({100.0 * (half['metres'] / one['metres'] - 1.0):+.2f} %)"
+        change = ""
+        if half is not None:
+            change = f"{half['metres']:.3f} ({100.0 * (half['metres'] / one['metres'] - 1.0):+.2f} %), slip {half['slip_m']:.3f} for {one['slip_m']:.3f}"
         end = "fallen" if one["fallen"] else "up"
         rows.append([f"`{line['options']}`", f"{one['metres']:.3f}", f"{one['seconds']:.2f}, {end}", change, one["pulses_sha256"][:_DIGITS], one["path_sha256"][:_DIGITS]])
-    lines += _table(["options of the nominal robot", "way m", "until s", "way m with half of the time step", "pulses", "path"], rows)
+    lines += _table(["options of the nominal robot", "way m", "until s", "way m with half of the time step, slip m", "pulses", "path"], rows)
     lines += ["", "`size` (desk robot on the boom, nominal) and `size --robot person`:", ""]
     rows = []
     for robot in ("desk", "person"):
