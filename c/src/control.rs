@@ -23,6 +23,10 @@ pub struct FootfallLoop {
 
 const _: () = assert!(slot::fits::<BoardLoop>(FOOTFALL_LOOP_WORDS));
 
+impl slot::Kind for BoardLoop {
+    const MARK: u64 = u64::from_le_bytes(*b"ff_loop\0");
+}
+
 /// A record, as `footfall pack` writes it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]

@@ -34,6 +34,10 @@ enum Built {
 
 const _: () = assert!(slot::fits::<Built>(FOOTFALL_GENERATOR_WORDS));
 
+impl slot::Kind for Built {
+    const MARK: u64 = u64::from_le_bytes(*b"ff_gen\0\0");
+}
+
 impl Built {
     fn step(&mut self) {
         match self {

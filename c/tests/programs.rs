@@ -5,6 +5,9 @@ use std::process::Command;
 
 use cpg_core::Generator;
 use cpg_core::gait::default_walk::default_walk;
+use footfall_c::control::{FOOTFALL_LOOP_WORDS, FootfallLoop, FootfallLoopConfig, FootfallRecord, footfall_loop_build};
+use footfall_c::error::FootfallStatus;
+use footfall_c::generator::{FootfallGenerator, footfall_generator_step};
 use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{Parameters, board_loop};
 use joint_loop::{BoardFaults, RobotConfig, SENSORS, Sample, SupervisorState};
@@ -103,4 +106,25 @@ fn a_sketch_in_cpp_sets_the_servos_of_rust() {
     let (_, state, [a, b, c, d]) = loop_in_rust(|tick| 1800 + ((tick / 2) % 500) as u16, false);
     assert_eq!(state, SupervisorState::Walking);
     assert_eq!(lines, [format!("servos {a} {b} {c} {d}")]);
+}
+
+/// Both are memory of a caller with a mark, and each kind has a mark of its own.
+#[test]
+fn a_loop_is_no_generator() {
+    let mut joints = FootfallLoop { words: [0; FOOTFALL_LOOP_WORDS] };
+    let none = || FootfallRecord { bytes: std::ptr::null(), length: 0 };
+    let config = FootfallLoopConfig {
+        generator: none(),
+        sensors: none(),
+        robot: none(),
+        vrefint_cal: 1502,
+        min_supply_v: 2.7,
+        sensor_required: true,
+    };
+    // SAFETY: the loop is aligned and used here alone, the records are null, and no text is asked for.
+    let built = unsafe { footfall_loop_build(&raw mut joints, &raw const config, std::ptr::null_mut()) };
+    assert_eq!(built, FootfallStatus::Ok);
+    // SAFETY: a loop has more words than a generator, and was filled by this library.
+    let stepped = unsafe { footfall_generator_step((&raw mut joints).cast::<FootfallGenerator>()) };
+    assert_eq!(stepped, FootfallStatus::NotBuilt);
 }

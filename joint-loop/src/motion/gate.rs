@@ -94,10 +94,17 @@ impl Gate {
         Ok(gate)
     }
 
-    /// State at rest in a pose; `None` unless the pose is finite, in range and in the envelope.
+    /// State at rest in a pose; `None` unless the pose is finite, in range and in the envelope. An end of a range is in it: its position is the last step
+    /// that the range has.
     #[must_use]
     pub fn rest(&self, pose: [Radians; Joint::COUNT]) -> Option<GateState> {
-        let position = pose.map(|angle| (angle.0 * STEPS) as i32);
+        let mut position = pose.map(|angle| (angle.0 * STEPS) as i32);
+        for (position, limits) in position.iter_mut().zip(&self.joints) {
+            let held = limits.hold(i64::from(*position));
+            if held.abs_diff(*position) <= 1 {
+                *position = held;
+            }
+        }
         let state = GateState { position, step: [0; Joint::COUNT], goal: position };
         let in_range = position.iter().zip(&self.joints).all(|(p, limits)| (limits.least..=limits.most).contains(p));
         // In this order: only sums of positions in range fit.

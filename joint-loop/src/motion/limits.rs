@@ -59,12 +59,13 @@ impl Limits {
         let degrees = |radians: f32| Radians(radians).degrees();
         let (rate, acceleration, dt) = (config.rate[at].0, config.acceleration[at].0, period.seconds());
         let (slowest, fastest) = (degrees(8.0 / STEPS / dt).max(1.0), degrees(anatomy::RATE.0));
-        inside("gate.rate", Some(joint), degrees(rate), slowest, fastest, "deg/s")?;
+        inside("gate.rate", Some(joint), at_bound(degrees(rate), slowest, fastest), slowest, fastest, "deg/s")?;
         // Braking from full speed takes rate^2 / (2 acceleration), which must be at most 90 degrees. The acceleration must be
         // at least 8 steps per tick squared, so that rounding it down has little effect.
         let weakest = degrees((rate * rate / core::f32::consts::PI).max(8.0 / STEPS / (dt * dt)));
         let strongest = degrees(anatomy::ACCELERATION.0);
-        inside("gate.acceleration", Some(joint), degrees(acceleration), weakest, strongest, "deg/s^2")?;
+        let asked = at_bound(degrees(acceleration), weakest, strongest);
+        inside("gate.acceleration", Some(joint), asked, weakest, strongest, "deg/s^2")?;
 
         // Truncated to the stricter side. An acceleration of more than twice the rate in one tick has no effect.
         let rate = (rate * dt * STEPS) as u32;
@@ -136,6 +137,12 @@ impl Limits {
         let whole = a.get() * (n * (n + 1) / 2);
         i64::from(n * a.get() + (margin - whole) / NonZeroU32::MIN.saturating_add(n))
     }
+}
+
+/// A value in degrees that was one in radians; where it is a bound but for the rounding of both, the bound.
+fn at_bound(value: f32, least: f32, most: f32) -> f32 {
+    const ROUNDING: f32 = 4.0 * f32::EPSILON;
+    [least, most].into_iter().find(|bound| (value - bound).abs() <= ROUNDING * bound.abs()).unwrap_or(value)
 }
 
 impl Edge {

@@ -514,3 +514,47 @@ fn a_period_too_short_for_the_resolution_is_refused() {
 fn rad_per_s(degrees: f32) -> f32 {
     Radians::from_degrees(degrees).0
 }
+
+/// Values of a robot file at the printed bounds: degrees become radians and back, both rounded.
+#[test]
+fn the_bounds_that_an_error_names_are_allowed() {
+    for (rate, acceleration, is_allowed) in [
+        (1.0, 1.0e4, true),
+        (0.999, 1.0e4, false),
+        (1000.0, 6.0e4, true),
+        (1001.0, 6.0e4, false),
+        (500.0, 6.01e4, false),
+        (30.0, 5.0, true),
+        (30.0, 4.99, false),
+    ] {
+        let mut config = GateConfig::default_biped();
+        config.rate = [RadPerSec(Radians::from_degrees(rate).0); Joint::COUNT];
+        config.acceleration = [RadPerSec2(Radians::from_degrees(acceleration).0); Joint::COUNT];
+        let built = Gate::build(&config, Period::MILLISECOND);
+        assert_eq!(built.is_ok(), is_allowed, "{rate} deg/s, {acceleration} deg/s^2: {:?}", built.err());
+    }
+}
+
+/// Both ends of any range are poses of rest, although a range is rounded inward to whole steps.
+#[test]
+fn the_ends_of_a_range_are_poses_of_rest() {
+    for hundredth in 1..400 {
+        let mut config = GateConfig::default_biped();
+        config.pose = [None; POSE_LIMITS];
+        let least = Radians::from_degrees(hundredth as f32 * 0.01);
+        config.range =
+            [JointRange { least, most: Radians::from_degrees(50.0 + hundredth as f32 * 0.01) }; Joint::COUNT];
+        let gate = Gate::build(&config, Period::MILLISECOND).expect("a range");
+        for pose in config
+            .range
+            .map(|range| [range.least; Joint::COUNT])
+            .into_iter()
+            .chain([config.range.map(|range| range.most)])
+        {
+            let rest = gate.rest(pose).unwrap_or_else(|| panic!("{hundredth}: {pose:?}"));
+            let angles = gate.pose(&rest);
+            assert!(angles.iter().zip(pose).all(|(is, asked)| (is.0 - asked.0).abs() < 1e-6), "{angles:?} {pose:?}");
+        }
+        assert_eq!(gate.rest([Radians(least.0 - 1e-5); Joint::COUNT]), None);
+    }
+}

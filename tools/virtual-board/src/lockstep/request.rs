@@ -1,5 +1,7 @@
 //! A request: how far the board is to run, and its inputs on the way.
 
+use std::fmt;
+
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 use stm32f4_model::{AdcChannel, Pin};
@@ -83,10 +85,15 @@ impl Request {
     /// # Errors
     /// Which key is wrong, and what is allowed.
     pub(crate) fn parse(line: &[u8]) -> Result<Self, Refusal> {
-        let keys: Keys = serde_json::from_slice(line).map_err(|error| {
+        let refusal = |error: &dyn fmt::Display| {
             let allowed = "allowed is one JSON object a line, for example {\"us\": 1000, \"volts\": {\"PA1\": 1.2}}";
             Refusal::new("", format!("the line is not a request: {error}; {allowed}"))
-        })?;
+        };
+        // An array would be read as the fields in their order.
+        if line.trim_ascii_start().first() == Some(&b'[') {
+            return Err(refusal(&"it is an array"));
+        }
+        let keys: Keys = serde_json::from_slice(line).map_err(|error| refusal(&error))?;
         if let Some(version) = keys.version.filter(|version| version.as_u64() != Some(VERSION)) {
             let text = format!("version {version} is not known; this virtual board has version {VERSION}");
             return Err(Refusal::new("version", text));
