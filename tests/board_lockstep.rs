@@ -223,7 +223,7 @@ fn equal_conversations_have_equal_answers() {
 }
 
 fn a_refused_request_changes_nothing() {
-    const WRONG: [(&str, &str, &str); 14] = [
+    const WRONG: [(&str, &str, &str); 15] = [
         ("hold", "", "the line is not a request"),
         ("[1, 1000]", "", "the line is not a request: it is an array"),
         ("{\"us\": 1000, \"volts\": {\"PA1\": 1}", "", "the line is not a request"),
