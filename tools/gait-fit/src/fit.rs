@@ -583,33 +583,33 @@ fn joined<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
 
 /// The other generators fitted to the same mean stride, and the history of the search for the thesis' parameters.
 fn compare(mean: &Cycle, period_s: f64, settings: &Settings) -> (Vec<Compared>, Vec<(usize, f64)>) {
-    let mut all = vec![];
-    let mut add = |name: String, set: &GeneratorSet, holds| {
-        if let Ok(own) = generator_cycle(set) {
-            let rmse_deg = aligned(&own.cycle, mean).0.rmse_deg(mean);
-            all.push(Compared { name, rmse_deg, holds });
-        }
+    let measured = |name: String, set: &GeneratorSet, holds: Option<bool>| -> Option<Compared> {
+        let rmse_deg = aligned(&generator_cycle(set).ok()?.cycle, mean).0.rmse_deg(mean);
+        Some(Compared { name, rmse_deg, holds })
     };
-    for harmonics in [1, 2, 3, 4, 5, 6, 8] {
+    let shape = |harmonics: usize| {
         let set = GeneratorSet::Shape(series::fit(mean, period_s, harmonics));
         let name = match harmonics {
             1 => "one sinusoid per joint".into(),
             _ => format!("phase and shape, {harmonics} harmonics"),
         };
-        add(name, &set, None);
-    }
-    // R1 hardly uses more than one core, and the search for the thesis network waits for its slowest individual.
-    let ((coupled, holds), thesis) = std::thread::scope(|scope| {
-        let coupled = scope.spawn(|| {
-            let found = of_kind(Kind::PhaseCoupled, mean, period_s, settings, &mut |_| ());
-            let holds = comes_back(&found.set, COMPARED_STARTS).is_ok();
-            (found.set, holds)
+        measured(name, &set, None)
+    };
+    let coupled = || {
+        let found = of_kind(Kind::PhaseCoupled, mean, period_s, settings, &mut |_| ());
+        let holds = comes_back(&found.set, COMPARED_STARTS).is_ok();
+        measured("R1, the phase-coupled network".into(), &found.set, Some(holds))
+    };
+    let fewer = Settings { evaluations: settings.evaluations / COMPARED_PART, ..settings.clone() };
+    // The search for the thesis network takes longest and waits for its slowest individual; the others hardly use more than one core.
+    std::thread::scope(|scope| {
+        let others = scope.spawn(|| {
+            let shapes = [1, 2, 3, 4, 5, 6, 8].into_iter().filter_map(shape);
+            shapes.chain(coupled()).collect::<Vec<Compared>>()
         });
-        let fewer = Settings { evaluations: settings.evaluations / COMPARED_PART, ..settings.clone() };
         let thesis = of_kind(Kind::Thesis, mean, period_s, &fewer, &mut |_| ());
-        (joined(coupled), thesis)
-    });
-    add("R1, the phase-coupled network".into(), &coupled, Some(holds));
-    add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
-    (all, thesis.history)
+        let of_thesis = measured("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
+        let all = joined(others).into_iter().chain(of_thesis).collect();
+        (all, thesis.history)
+    })
 }

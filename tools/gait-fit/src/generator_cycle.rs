@@ -8,6 +8,9 @@ use joint_units::{Joint, Period};
 /// Strides before the recorded one; oscillators reach their limit cycle within a few.
 const SETTLING: f64 = 40.0;
 
+/// Cycles before the recorded stride from which angles are computed: no tick advances so far.
+const BEFORE: f64 = 0.5;
+
 /// Largest number of ticks; a generator whose phase has not completed the strides by then is refused.
 const MAX_TICKS: u32 = 1_000_000;
 
@@ -35,6 +38,9 @@ pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
         let now = generator.phase();
         cycles += f64::from(now.counts_after(before)) / 4_294_967_296.0;
         before = now;
+        if cycles < SETTLING - BEFORE {
+            continue;
+        }
         if cycles < SETTLING {
             samples.clear();
         }

@@ -86,10 +86,7 @@ fn settle(net: &mut Net, steps: usize) {
 
 /// Advances by `steps`; false if a state reaches its bound or is NaN.
 fn stays_inside(net: &mut Net, steps: usize) -> bool {
-    (0..steps).all(|_| {
-        net.step();
-        net.check().is_ok()
-    })
+    (0..steps).all(|_| net.step_and_check().is_ok())
 }
 
 /// One period of an orbit.
@@ -105,8 +102,7 @@ impl Turn {
     fn of(net: &mut Net, stride: usize) -> Option<Self> {
         let mut states = vec![net.state()];
         for _ in 0..stride * 16 / 10 {
-            net.step();
-            net.check().ok()?;
+            net.step_and_check().ok()?;
             states.push(net.state());
         }
         let spread = |of: &dyn Fn(&OscillatorState<4, f64>) -> f64| {

@@ -35,7 +35,7 @@ use super::network::{Network, Oscillator};
 use super::orbit_check::{Check, check};
 use super::random::Random;
 use super::settle::{Durations, settle};
-use super::waveform::{Match, Sample, Stride, Turns, orbit};
+use super::waveform::{COARSE, Match, Sample, Stride, Turns, orbit};
 
 /// Settings of a fit to a recorded stride.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -226,14 +226,17 @@ impl Found {
         random: &mut Random,
         progress: &mut dyn FnMut(Progress),
     ) {
-        let turns = Turns::new();
+        let (turns, arch) = (Turns::new(), pulp::Arch::new());
         let before = self.evaluations;
         let all = |point: &Vec<f64>| if sides == Sides::Alike { both_sides(point) } else { point.clone() };
         let pool = &self.pool;
         let mut costs = |points: &[Vec<f64>]| -> Vec<f64> {
             let points: Vec<Vec<f64>> = points.iter().map(all).collect();
             let networks: Vec<Network> = points.iter().map(|point| decode(point)).collect();
-            let judge = |network: &Network, records: &[Vec<Sample>; 3]| cost(network, records, aim, &turns);
+            // In the widest vectors of the machine: no sum has a fused multiply-add, so the bits are the same in all of them.
+            let judge = |network: &Network, records: &[Vec<Sample>; 3]| {
+                arch.dispatch(Judge { network, records, aim, turns: &turns })
+            };
             let costs = settle(&networks, DURATIONS, judge);
             keep(&mut pool.lock().unwrap_or_else(std::sync::PoisonError::into_inner), points, &costs);
             costs
@@ -342,8 +345,26 @@ fn decode(g: &[f64]) -> Network {
     network
 }
 
+/// What an individual is judged by.
+struct Judge<'a> {
+    network: &'a Network,
+    records: &'a [Vec<Sample>; 3],
+    aim: &'a Aim,
+    turns: &'a Turns<COARSE>,
+}
+
+impl pulp::WithSimd for Judge<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
+        cost(self.network, self.records, self.aim, self.turns)
+    }
+}
+
 /// Mean square error in deg^2 of the worst of three passes, plus a penalty for an orbit that does not close or leaves the core's bounds.
-fn cost(network: &Network, records: &[Vec<Sample>; 3], aim: &Aim, turns: &Turns) -> f64 {
+#[inline(always)]
+fn cost(network: &Network, records: &[Vec<Sample>; 3], aim: &Aim, turns: &Turns<COARSE>) -> f64 {
     let (mut worst, mut defect) = (0.0f64, 0.0);
     let (mut first, mut scale) = (f64::NAN, [1.0; 2]);
     for record in records {

@@ -25,6 +25,7 @@ pub(crate) struct Orbit {
 }
 
 /// The cycle that begins with the record and has at least `shortest` samples; `None` if there is none or a state is not finite.
+#[inline(always)]
 pub(crate) fn orbit(record: &[Sample], shortest: usize) -> Option<Orbit> {
     let mut scale = [0.0f64; 8];
     for (i, scale) in scale.iter_mut().enumerate() {
@@ -68,6 +69,7 @@ pub(crate) fn orbit(record: &[Sample], shortest: usize) -> Option<Orbit> {
 }
 
 /// Displacements and velocities between two samples, by cubic Hermite interpolation.
+#[inline(always)]
 pub(crate) fn between(record: &[Sample], at: f64) -> ([f64; 4], [f64; 4]) {
     let k = (at as usize).min(record.len() - 2);
     let t = at - k as f64;
@@ -110,23 +112,24 @@ fn circle(k: usize, n: usize) -> (f64, f64) {
 }
 
 /// Mean, variance and harmonics of a closed cycle.
-fn analyse<const N: usize>(points: &[f64; N], turns: &[(f64, f64)]) -> (f64, f64, [[f64; 2]; ORBIT_HARMONICS]) {
+#[inline(always)]
+fn analyse<const N: usize>(points: &[f64; N], turns: &Turns<N>) -> (f64, f64, [[f64; 2]; ORBIT_HARMONICS]) {
     let mean = points.iter().sum::<f64>() / N as f64;
     let power = points.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / N as f64;
-    let mut harmonics = [[0.0; 2]; ORBIT_HARMONICS];
-    for (h, [c, s]) in harmonics.iter_mut().enumerate() {
-        for (k, x) in points.iter().enumerate() {
-            let (sin, cos) = turns[(k * (h + 1)) % N];
-            *c += x * cos * 2.0 / N as f64;
-            *s += x * sin * 2.0 / N as f64;
+    // The harmonics take turns, so that no sum waits for itself.
+    let (mut c, mut s) = ([0.0; ORBIT_HARMONICS], [0.0; ORBIT_HARMONICS]);
+    for (x, (sin, cos)) in points.iter().zip(turns.sin.iter().zip(&turns.cos)) {
+        for h in 0..ORBIT_HARMONICS {
+            c[h] += x * cos[h] * 2.0 / N as f64;
+            s[h] += x * sin[h] * 2.0 / N as f64;
         }
     }
-    (mean, power, harmonics)
+    (mean, power, std::array::from_fn(|h| [c[h], s[h]]))
 }
 
 impl Stride {
     pub(crate) fn new(target: &Cycle) -> Self {
-        let turns: Vec<_> = (0..POINTS).map(|k| circle(k, POINTS)).collect();
+        let turns = Turns::<POINTS>::new();
         let joints = target.0.each_ref().map(|points| analyse(points, &turns));
         Self {
             mean: joints.map(|(mean, ..)| mean),
@@ -136,8 +139,9 @@ impl Stride {
     }
 
     /// The shift, scales and offsets with the smallest error.
-    pub(crate) fn best_match(&self, orbit: &[[f64; COARSE]; 4], turns: &Turns) -> Match {
-        let joints = orbit.each_ref().map(|points| analyse(points, &turns.0));
+    #[inline(always)]
+    pub(crate) fn best_match(&self, orbit: &[[f64; COARSE]; 4], turns: &Turns<COARSE>) -> Match {
+        let joints = orbit.each_ref().map(|points| analyse(points, turns));
         let power = [joints[0].1 + joints[1].1, joints[2].1 + joints[3].1];
         // Product of conjugate target and orbit harmonics, summed over each pair.
         let mut products = [[[0.0; 2]; ORBIT_HARMONICS]; 2];
@@ -148,30 +152,30 @@ impl Stride {
                 product[1] += 0.5 * (tc * s - ts * c);
             }
         }
-        let correlation = |pair: usize, turn: &dyn Fn(usize) -> (f64, f64)| -> f64 {
-            let term = |(h, product): (usize, &[f64; 2])| {
-                let (sin, cos) = turn(h + 1);
-                product[0] * cos + product[1] * sin
-            };
-            products[pair].iter().enumerate().map(term).sum::<f64>().max(0.0)
-        };
-        let error = |turn: &dyn Fn(usize) -> (f64, f64)| -> f64 {
-            let pair = |pair: usize| self.power[pair] - correlation(pair, turn).powi(2) / power[pair].max(1e-12);
-            pair(0) + pair(1)
-        };
-        let on_grid: Vec<f64> = (0..COARSE).map(|k| error(&|h| turns.0[(k * h) % COARSE])).collect();
+        // All shifts of the grid take turns, so that no sum waits for itself.
+        let mut on_grid = [0.0; COARSE];
+        for (pair, products) in products.iter().enumerate() {
+            for ((sin, cos), error) in turns.sin.iter().zip(&turns.cos).zip(&mut on_grid) {
+                *error += self.power[pair] - correlation(products, sin, cos).powi(2) / power[pair].max(1e-12);
+            }
+        }
         let k = (0..COARSE).min_by(|&a, &b| on_grid[a].total_cmp(&on_grid[b])).unwrap_or(0);
         let (before, here, after) = (on_grid[(k + COARSE - 1) % COARSE], on_grid[k], on_grid[(k + 1) % COARSE]);
         let bend = before - 2.0 * here + after;
         let part = if bend > 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         let shift = (k as f64 + part) / COARSE as f64;
         let turn = |h: usize| {
-            let angle = std::f64::consts::TAU * (shift * h as f64);
+            let angle = std::f64::consts::TAU * (shift * (h + 1) as f64);
             (libm::sin(angle), libm::cos(angle))
         };
-        let scale = [0, 1].map(|pair| correlation(pair, &turn) / power[pair].max(1e-12));
+        let turn: [(f64, f64); ORBIT_HARMONICS] = std::array::from_fn(turn);
+        let best = products
+            .each_ref()
+            .map(|products| correlation(products, &turn.map(|(sin, _)| sin), &turn.map(|(_, cos)| cos)));
+        let error = |pair: usize| self.power[pair] - best[pair].powi(2) / power[pair].max(1e-12);
+        let scale = [0, 1].map(|pair| best[pair] / power[pair].max(1e-12));
         Match {
-            rmse_deg: (error(&turn) / 4.0).max(0.0).sqrt(),
+            rmse_deg: ((error(0) + error(1)) / 4.0).max(0.0).sqrt(),
             shift: shift.rem_euclid(1.0),
             scale,
             offset: std::array::from_fn(|joint| self.mean[joint] - scale[joint / 2] * joints[joint].0),
@@ -179,12 +183,30 @@ impl Stride {
     }
 }
 
-/// Sines and cosines of [`COARSE`] parts of a turn.
-pub(crate) struct Turns(Vec<(f64, f64)>);
+/// The correlation of a pair of joints at a shift, of which the sines and cosines are those of each harmonic.
+#[inline(always)]
+fn correlation(
+    products: &[[f64; 2]; ORBIT_HARMONICS],
+    sin: &[f64; ORBIT_HARMONICS],
+    cos: &[f64; ORBIT_HARMONICS],
+) -> f64 {
+    let term = |h: usize| products[h][0] * cos[h] + products[h][1] * sin[h];
+    (0..ORBIT_HARMONICS).map(term).sum::<f64>().max(0.0)
+}
 
-impl Turns {
+/// Sines and cosines of each harmonic at each of `N` equal parts of a cycle.
+pub(crate) struct Turns<const N: usize> {
+    sin: [[f64; ORBIT_HARMONICS]; N],
+    cos: [[f64; ORBIT_HARMONICS]; N],
+}
+
+impl<const N: usize> Turns<N> {
     pub(crate) fn new() -> Self {
-        Self((0..COARSE).map(|k| circle(k, COARSE)).collect())
+        let of = |k: usize| -> [(f64, f64); ORBIT_HARMONICS] { std::array::from_fn(|h| circle(k * (h + 1), N)) };
+        Self {
+            sin: std::array::from_fn(|k| of(k).map(|(sin, _)| sin)),
+            cos: std::array::from_fn(|k| of(k).map(|(_, cos)| cos)),
+        }
     }
 }
 

@@ -120,7 +120,22 @@ fn known(column: &AngleColumn) -> impl Iterator<Item = f64> {
 
 /// The largest absolute value, and the number of values.
 fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
-    columns.flat_map(known).fold((0.0, 0), |(largest, count), value| (value.abs().max(largest), count + 1))
+    columns
+        .map(|column| extent_of(&column.values))
+        .fold((0.0, 0), |(most, all), (largest, count)| (largest.max(most), all + count))
+}
+
+/// The same of one column. Eight values take turns, so that none waits for the one before.
+fn extent_of(values: &[f64]) -> (f64, usize) {
+    const LANES: usize = 8;
+    let (mut largest, mut missing) = ([0.0_f64; LANES], [0_usize; LANES]);
+    for block in values.chunks(LANES) {
+        for ((value, largest), missing) in block.iter().zip(&mut largest).zip(&mut missing) {
+            *largest = if value.abs() > *largest { value.abs() } else { *largest };
+            *missing += usize::from(value.is_nan());
+        }
+    }
+    (largest.into_iter().fold(0.0, f64::max), values.len() - missing.into_iter().sum::<usize>())
 }
 
 /// The unit that the values of the columns without unit imply; `None` if all columns have a unit.
@@ -175,6 +190,11 @@ fn without_glitches(
     notes: &mut Vec<String>,
 ) -> Result<RawJoint, TraceError> {
     let mut values = std::mem::take(&mut column.values);
+    // Larger angles have larger values.
+    if unit.degrees(extent_of(&values).0) <= MAX_ANGLE_DEG {
+        values.iter_mut().for_each(|value| *value = unit.degrees(*value));
+        return Ok(RawJoint { column: column.heading, unit: source, angle_deg: values });
+    }
     let mut first_beyond = None;
     let mut beyond = 0;
     let mut codes: Vec<f64> = Vec::new();

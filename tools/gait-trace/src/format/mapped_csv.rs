@@ -27,7 +27,8 @@ use crate::format::preamble::{self, Preamble};
 use crate::format::row_lines::RowLines;
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{
-    Delimiter, bare_lines, check_rows, cut_line, finite, is_separator_line, lines, short, text,
+    Delimiter, MAX_LINE, bare_lines, check_length, check_rows, cut_line, finite, is_blank, is_comment,
+    is_separator_line, numbered, short, text,
 };
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
@@ -66,13 +67,14 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
 pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let mut notes = Vec::new();
     let mut comment: Option<(u64, &str)> = None;
-    let mut rows = lines(name, text).filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
+    let mut rows = numbered(text).filter(|(_, row)| row.len() > MAX_LINE || !is_blank(row));
     let preamble = preamble::find(name, text, how)?;
     if let Preamble::UpTo(header) = preamble {
         notes.push(format!("Line {header} is read as the header; the lines above it are left out."));
     }
     let first = loop {
-        let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))??;
+        let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))?;
+        check_length(name, line, row)?;
         if matches!(preamble, Preamble::UpTo(header) if line < header) {
             continue;
         }
@@ -83,7 +85,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
             None => break (line, row),
         }
     };
-    let below = bare_lines(text).skip(first.0 as usize).filter(|row| !row.trim().is_empty());
+    let below = bare_lines(text).skip(first.0 as usize).filter(|row| !is_blank(row));
     let delimiter = Delimiter::of_line(first.1, below);
     let split = |line, row| delimiter.fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
     let comma = delimiter != Delimiter::Char(',');
@@ -144,11 +146,11 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
 
     let mut time_s = Vec::new();
     let mut row_lines = RowLines::default();
-    let again = headless.then_some(Ok(first));
+    let mut again = headless.then_some(first);
     let mut fields = Vec::new();
-    for row in again.into_iter().chain(rows) {
-        let (line, row) = row?;
-        if cut == Some(line) || row.trim_start().starts_with('#') {
+    while let Some((line, row)) = again.take().or_else(|| rows.next()) {
+        check_length(name, line, row)?;
+        if cut == Some(line) || is_comment(row) {
             continue;
         }
         let fault = |fault| TraceError::new(name, Some(line), fault);

@@ -88,17 +88,17 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
         return Err(TraceError::new(name, None, Fault::Empty));
     }
     unsupported::check(name, bytes)?;
-    let is_csv = || matches!(other_than_csv(name, bytes, &extension), Ok(None));
+    let is_csv = || matches!(reader_of(name, bytes, &extension), Ok(Chosen::Csv(_)));
     if how.axis.is_some() && extension != "c3d" && !has_axes(bytes) && !is_csv() {
         return Err(TraceError::new(name, None, Fault::NoAxes { what: "this file has no angles of three components" }));
     }
     if how.topic.is_some() && !mcap_file::looks_like(bytes) {
         return Err(TraceError::new(name, None, Fault::NoTopics));
     }
-    match other_than_csv(name, bytes, &extension)? {
-        Some(_) if !how.only.is_empty() => Err(TraceError::new(name, None, Fault::NoRowFilter)),
-        Some(reader) => reader(name, bytes, how),
-        None => mapped_csv::parse(name, bytes, how),
+    match reader_of(name, bytes, &extension)? {
+        Chosen::Other(_) if !how.only.is_empty() => Err(TraceError::new(name, None, Fault::NoRowFilter)),
+        Chosen::Other(reader) => reader(name, bytes, how),
+        Chosen::Csv(text) => mapped_csv::parse_text(name, text, how),
     }
 }
 
@@ -165,31 +165,38 @@ const OF_TEXT: [(Recognise, Reader); 6] = [
     (opensim::looks_like, opensim::parse),
 ];
 
-/// The reader of a file; `None` for CSV with any header.
-fn other_than_csv(name: &str, bytes: &[u8], extension: &str) -> Result<Option<Reader>, TraceError> {
+/// The reader of a file.
+enum Chosen<'a> {
+    /// That of CSV with any header, for this text.
+    Csv(&'a str),
+    Other(Reader),
+}
+
+fn reader_of<'a>(name: &str, bytes: &'a [u8], extension: &str) -> Result<Chosen<'a>, TraceError> {
+    let other = |reader: Reader| Ok(Chosen::Other(reader));
     if mcap_file::looks_like(bytes) {
-        return Ok(Some(mcap_file::parse));
+        return other(mcap_file::parse);
     }
     if c3d::looks_like(bytes) {
-        return Ok(Some(c3d::parse));
+        return other(c3d::parse);
     }
     let text = match text_table::text(name, bytes) {
-        Err(_) if extension == "c3d" => return Ok(Some(c3d::parse)),
+        Err(_) if extension == "c3d" => return other(c3d::parse),
         Err(error) => return Err(unsupported::by_extension(name, extension).unwrap_or(error)),
         Ok(text) => text,
     };
     if let Some((_, reader)) = OF_TEXT.into_iter().find(|(looks_like, _)| looks_like(text)) {
-        return Ok(Some(reader));
+        return other(reader);
     }
     if scope::dialect_of(text).is_some() {
-        return Ok(Some(scope::parse));
+        return other(scope::parse);
     }
-    Ok(match extension {
-        "c3d" => Some(c3d::parse),
-        "mot" | "sto" => Some(opensim::parse),
-        "gcd" => Some(gcd::parse),
-        _ => None,
-    })
+    match extension {
+        "c3d" => other(c3d::parse),
+        "mot" | "sto" => other(opensim::parse),
+        "gcd" => other(gcd::parse),
+        _ => Ok(Chosen::Csv(text)),
+    }
 }
 
 /// Whether the file's angles have three components, of which the caller may choose one.

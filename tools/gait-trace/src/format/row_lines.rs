@@ -4,6 +4,8 @@
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct RowLines {
     rows: usize,
+    /// The line behind that of the last row.
+    next: u64,
     /// First row and line of each run of rows on consecutive lines.
     runs: Vec<(usize, u64)>,
 }
@@ -11,11 +13,11 @@ pub(crate) struct RowLines {
 impl RowLines {
     /// Adds the next row.
     pub(crate) fn push(&mut self, line: u64) {
-        let next = self.last().map(|last| last + 1);
-        if next != Some(line) {
+        if self.rows == 0 || line != self.next {
             self.runs.push((self.rows, line));
         }
         self.rows += 1;
+        self.next = line + 1;
     }
 
     /// Number of rows.

@@ -4,7 +4,7 @@
 //! [`csv_file`](crate::format::csv_file).
 
 use crate::fault::{Fault, TraceError};
-use memchr::{memchr, memchr_iter};
+use memchr::memchr;
 use std::borrow::Cow;
 
 /// Largest length of a line, bytes: a row of 4096 columns of 20 digits has about 80 thousand.
@@ -50,17 +50,101 @@ pub(crate) fn first_control(bytes: &[u8]) -> Option<usize> {
 }
 
 /// The lines of a text, which end in LF or CR LF, or in CR where there is no LF.
-pub(crate) fn bare_lines(text: &str) -> impl Iterator<Item = &str> {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
-    text.split_terminator(end).map(|row| row.strip_suffix('\r').unwrap_or(row))
+pub(crate) fn bare_lines(text: &str) -> BareLines<'_> {
+    let end = if memchr(b'\n', text.as_bytes()).is_some() { b'\n' } else { b'\r' };
+    BareLines { rest: text, end }
+}
+
+/// The lines of a text, see [`bare_lines`].
+pub(crate) struct BareLines<'a> {
+    rest: &'a str,
+    /// What each line ends in.
+    end: u8,
+}
+
+impl<'a> Iterator for BareLines<'a> {
+    type Item = &'a str;
+
+    #[inline]
+    fn next(&mut self) -> Option<&'a str> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let row = match memchr(self.end, self.rest.as_bytes()) {
+            Some(at) => {
+                let row = &self.rest[..at];
+                self.rest = &self.rest[at + 1..];
+                row
+            }
+            None => std::mem::take(&mut self.rest),
+        };
+        Some(row.strip_suffix('\r').unwrap_or(row))
+    }
 }
 
 /// The lines with their numbers from 1; a line that is too long is an error.
 pub(crate) fn lines<'a>(name: &'a str, text: &'a str) -> impl Iterator<Item = Result<(u64, &'a str), TraceError>> {
-    (1..).zip(bare_lines(text)).map(move |(line, row)| match row.len() {
+    numbered(text).map(move |(line, row)| check_length(name, line, row).map(|()| (line, row)))
+}
+
+/// The lines with their numbers from 1, of any length.
+pub(crate) fn numbered(text: &str) -> impl Iterator<Item = (u64, &str)> {
+    (1..).zip(bare_lines(text))
+}
+
+/// An error if a line is too long.
+#[inline]
+pub(crate) fn check_length(name: &str, line: u64, row: &str) -> Result<(), TraceError> {
+    match row.len() {
         bytes if bytes > MAX_LINE => Err(TraceError::new(name, Some(line), Fault::LongLine { bytes, most: MAX_LINE })),
-        _ => Ok((line, row)),
-    })
+        _ => Ok(()),
+    }
+}
+
+/// Whether a byte is a character of its own that is seen, as most characters of a table are: no blank, and no part of another character.
+const fn is_seen(byte: Option<&u8>) -> bool {
+    matches!(byte, Some(b'!'..=b'~'))
+}
+
+/// Whether a line has nothing but blanks.
+#[inline]
+pub(crate) fn is_blank(row: &str) -> bool {
+    !is_seen(row.as_bytes().first()) && row.trim().is_empty()
+}
+
+/// Whether a line is a comment: its first character other than a blank is `#`.
+#[inline]
+pub(crate) fn is_comment(row: &str) -> bool {
+    match row.as_bytes().first() {
+        Some(first) if is_seen(Some(first)) => *first == b'#',
+        _ => row.trim_start().starts_with('#'),
+    }
+}
+
+/// Without surrounding blanks.
+#[inline]
+fn trimmed(field: &str) -> &str {
+    let bytes = field.as_bytes();
+    if is_seen(bytes.first()) && is_seen(bytes.last()) { field } else { field.trim() }
+}
+
+/// Calls `take` with each place of a byte, the first one first: eight bytes are compared at a time, because fields are short.
+#[inline]
+fn each_place(byte: u8, bytes: &[u8], mut take: impl FnMut(usize)) {
+    const ONES: u64 = u64::MAX / 255;
+    const LOW: u64 = 0x7f * ONES;
+    let (words, rest) = bytes.as_chunks::<8>();
+    for (n, word) in words.iter().enumerate() {
+        let other = u64::from_le_bytes(*word) ^ (ONES * u64::from(byte));
+        // The highest bit of each byte that is 0, and no other bit (Warren, "Hacker's Delight", 6-1).
+        let mut zeros = !(((other & LOW) + LOW) | other | LOW);
+        while zeros != 0 {
+            take(8 * n + zeros.trailing_zeros() as usize / 8);
+            zeros &= zeros - 1;
+        }
+    }
+    let from = bytes.len() - rest.len();
+    rest.iter().enumerate().filter(|(_, other)| **other == byte).for_each(|(at, _)| take(from + at));
 }
 
 /// The number of the last line if it is a row that was cut short: a program that is killed while it writes leaves such a one.
@@ -180,14 +264,16 @@ impl Delimiter {
             Self::Blanks => fields.extend(row.split_whitespace().map(Cow::Borrowed).take(MAX_COLUMNS + 1)),
             Self::Char(c) if memchr(b'"', row.as_bytes()).is_some() => *fields = quoted_fields(row, c)?,
             Self::Char(c) if c.is_ascii() => {
-                let ends = memchr_iter(c as u8, row.as_bytes()).chain([row.len()]);
                 let mut from = 0;
-                // A delimiter of ASCII is a character of its own wherever its byte is.
-                fields.extend(ends.take(MAX_COLUMNS + 1).map(|end| {
-                    let field = &row[from..end];
+                let mut push = |end: usize| {
+                    if fields.len() <= MAX_COLUMNS {
+                        // A delimiter of ASCII is a character of its own wherever its byte is.
+                        fields.push(Cow::Borrowed(trimmed(&row[from..end])));
+                    }
                     from = end + 1;
-                    Cow::Borrowed(field.trim())
-                }));
+                };
+                each_place(c as u8, row.as_bytes(), &mut push);
+                push(row.len());
             }
             Self::Char(c) => fields.extend(row.split(c).map(|field| Cow::Borrowed(field.trim())).take(MAX_COLUMNS + 1)),
         }
@@ -271,7 +357,7 @@ fn decimal(field: &str) -> Option<f64> {
 
 /// A number of few digits without exponent, with the bits that the standard library gives it: the digits as a whole number and the power of
 /// ten are exact, so that their quotient is rounded once (Clinger, "How to read floating point numbers accurately", 1990).
-fn few_digits(field: &str) -> Option<f64> {
+pub(crate) fn few_digits(field: &str) -> Option<f64> {
     /// Most characters: the whole number fits into 64 bits.
     const MOST: usize = 17;
     const POWERS: [f64; MOST + 1] =
@@ -285,24 +371,50 @@ fn few_digits(field: &str) -> Option<f64> {
     if characters.len() > MOST {
         return None;
     }
-    let (mut whole, mut digits, mut decimals, mut has_point) = (0_u64, 0, 0, false);
-    for character in characters {
-        let digit = character.wrapping_sub(b'0');
-        if digit < 10 {
-            whole = whole * 10 + u64::from(digit);
-            digits += 1;
-            decimals += usize::from(has_point);
-        } else if *character == b'.' && !has_point {
-            has_point = true;
-        } else {
-            return None;
+    let (whole, behind) = digits(0, characters);
+    let (whole, decimals, digits) = match behind {
+        [] => (whole, 0, characters.len()),
+        [b'.', rest @ ..] => {
+            let (whole, behind) = digits(whole, rest);
+            if !behind.is_empty() {
+                return None;
+            }
+            (whole, rest.len(), characters.len() - 1)
         }
-    }
+        _ => return None,
+    };
     if digits == 0 || whole > EXACT {
         return None;
     }
     let value = whole as f64 / POWERS[decimals];
     Some(if negative { -value } else { value })
+}
+
+/// A whole number with the digits behind it that a text of at most 17 begins with, and the rest of the text.
+#[inline]
+fn digits(mut whole: u64, mut text: &[u8]) -> (u64, &[u8]) {
+    // Four at a time where there are as many: the upper half of each byte is 3, and still is with 6 added.
+    while let Some((four, rest)) = text.split_first_chunk::<4>() {
+        let word = u32::from_le_bytes(*four);
+        const UPPER: u32 = 0xf0f0_f0f0;
+        if (word & UPPER) | ((word.wrapping_add(0x0606_0606) & UPPER) >> 4) != 0x3333_3333 {
+            break;
+        }
+        // Two numbers of two digits, then one of four.
+        let pairs = ((word & 0x0f0f_0f0f).wrapping_mul(1 + (10 << 8)) >> 8) & 0x00ff_00ff;
+        let number = pairs.wrapping_mul(1 + (100 << 16)) >> 16;
+        whole = whole * 10_000 + u64::from(number);
+        text = rest;
+    }
+    while let Some((first, rest)) = text.split_first() {
+        let digit = first.wrapping_sub(b'0');
+        if digit >= 10 {
+            break;
+        }
+        whole = whole * 10 + u64::from(digit);
+        text = rest;
+    }
+    (whole, text)
 }
 
 /// A finite number. A decimal comma is accepted if `comma` is set.

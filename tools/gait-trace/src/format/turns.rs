@@ -11,10 +11,7 @@ const RANGE_SHARE: f64 = 200.0 / 360.0;
 /// supposed (`is_known` is false), steps of a turn confirm it.
 pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: bool) -> Option<String> {
     let known = || values.iter().copied().filter(|value| value.is_finite());
-    let extent = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
-    };
-    let (least, most) = extent(&mut known());
+    let (least, most) = extent(values);
     let slack = 1e-3 * turn;
     let is_from_0 = least >= -slack && most <= turn + slack;
     let is_around_0 = least >= -0.5 * turn - slack && most <= 0.5 * turn + slack;
@@ -27,13 +24,18 @@ pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: b
             "`{heading}`: all values are from {least:.1} to {most:.1}, near a whole turn of 360 degrees, which is taken out."
         ));
     }
+    let is_step = |step: f64| step.abs() > STEP_SHARE * turn;
+    let mut before = None;
+    if !known().any(|value| before.replace(value).is_some_and(|before| is_step(value - before))) {
+        return None;
+    }
     let (mut turns, mut steps, mut before) = (0.0, 0, None);
     let unwrapped: Vec<f64> = values
         .iter()
         .map(|&value| {
             if value.is_finite() {
                 let step = before.replace(value).map_or(0.0, |before| value - before);
-                if step.abs() > STEP_SHARE * turn {
+                if is_step(step) {
                     turns -= step.signum();
                     steps += 1;
                 }
@@ -41,8 +43,8 @@ pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: b
             value + turns * turn
         })
         .collect();
-    let (low, high) = extent(&mut unwrapped.iter().copied().filter(|value| value.is_finite()));
-    if steps == 0 || high - low > RANGE_SHARE * turn {
+    let (low, high) = extent(&unwrapped);
+    if high - low > RANGE_SHARE * turn {
         return None;
     }
     let middle = (crate::series::median(unwrapped.iter().copied().filter(|value| value.is_finite())) / turn).round();
@@ -51,6 +53,20 @@ pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: b
     Some(format!(
         "`{heading}`: {steps} steps of a whole turn are taken out: the file counts the angle from {from} degrees."
     ))
+}
+
+/// The least and the most of the finite values. Eight take turns, so that none waits for the one before.
+fn extent(values: &[f64]) -> (f64, f64) {
+    const LANES: usize = 8;
+    let (mut least, mut most) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for block in values.chunks(LANES) {
+        for ((value, least), most) in block.iter().zip(&mut least).zip(&mut most) {
+            let is_known = value.is_finite();
+            *least = if is_known && value < least { *value } else { *least };
+            *most = if is_known && value > most { *value } else { *most };
+        }
+    }
+    (least.into_iter().fold(f64::INFINITY, f64::min), most.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 
 #[cfg(test)]

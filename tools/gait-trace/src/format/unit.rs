@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 use crate::format::angle_unit::AngleUnit;
-use crate::format::text_table::{finite, is_missing, number_or_missing};
+use crate::format::text_table::{few_digits, finite, is_missing, number_or_missing};
 use crate::format::words::SECONDS;
 use crate::recording::{Channel, Quantity};
 
@@ -89,7 +89,21 @@ pub(crate) fn without_volts(heading: &str) -> &str {
 }
 
 /// A number in units of `10^power` as [`scaled`] reads it, or NaN for a missing value.
+#[inline]
 pub(crate) fn scaled_or_missing(field: &str, comma: bool, power: i32) -> Result<f64, Fault> {
+    match plain(field, power) {
+        Some(value) => Ok(value),
+        None => any_scaled_or_missing(field, comma, power),
+    }
+}
+
+/// A number as most fields have it: of few digits, in the unit itself. Its errors would take more time than the number.
+#[inline]
+fn plain(field: &str, power: i32) -> Option<f64> {
+    if power == 0 { few_digits(field) } else { None }
+}
+
+fn any_scaled_or_missing(field: &str, comma: bool, power: i32) -> Result<f64, Fault> {
     if power == 0 {
         return number_or_missing(field, comma);
     }
@@ -97,7 +111,15 @@ pub(crate) fn scaled_or_missing(field: &str, comma: bool, power: i32) -> Result<
 }
 
 /// A finite number in units of `10^power`, rounded once: `12.3` with a power of -3 is the same number as `0.0123`.
+#[inline]
 pub(crate) fn scaled(field: &str, comma: bool, power: i32) -> Result<f64, Fault> {
+    match plain(field, power) {
+        Some(value) => Ok(value),
+        None => any_scaled(field, comma, power),
+    }
+}
+
+fn any_scaled(field: &str, comma: bool, power: i32) -> Result<f64, Fault> {
     let value = finite(field, comma)?;
     if power == 0 {
         return Ok(value);

@@ -345,5 +345,5 @@ fn print_all(folder: &Path, all: &[Recording]) -> Result<(), Failure> {
     // A result that does not exist is of another share, or of a recording that could not be read.
     let text =
         |recording: &Recording| bounded::text(&outcome_file(folder, &recording.name), fit_summary::MOST_BYTES).ok();
-    output::print(&all.iter().filter_map(text).collect::<String>())
+    all.iter().filter_map(text).try_for_each(|text| output::print(&text))
 }

@@ -5,25 +5,29 @@ mod result_file;
 
 use joint_units::Joint;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
-use crate::file::bounded;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
-use crate::output::{check as check_output, write_text};
-use result_file::FILE;
+use crate::output::{check as check_output, write as write_file, write_text};
+use page::Entry;
 
 pub use result_file::MOST_BYTES;
 
 const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
 
-/// The summaries, and what the text of one begins with or contains.
+/// The summaries, and what the text of one has in its first [`MARK_BYTES`].
 const SUMMARIES: [(&str, &str); 3] = [
     ("summary.csv", "recording,generator,"),
     ("summary.json", "\"recording\":"),
     ("summary.html", "<title>Footfall: fits</title>"),
 ];
+
+/// Bytes of a summary that are looked through for its mark: the first result of a long one is shorter.
+const MARK_BYTES: u64 = 1 << 20;
 
 /// End of the name of a result.
 const RESULT: &str = ".fit.json";
@@ -38,39 +42,59 @@ pub const SKIPPED: &str = ".skipped.json";
 pub fn check(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
     SUMMARIES.iter().try_for_each(|(name, mark)| {
         let path = folder.join(name);
-        let own = bounded::text(&path, MOST_BYTES).is_ok_and(|text| text.contains(mark));
+        let own = head(&path).is_ok_and(|head| head.windows(mark.len()).any(|part| part == mark.as_bytes()));
         check_output(&path, if own { Overwrite::OWN } else { overwrite })
     })
 }
 
+/// The first [`MARK_BYTES`] of a file.
+fn head(path: &Path) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    File::open(path)?.take(MARK_BYTES).read_to_end(&mut head)?;
+    Ok(head)
+}
+
 /// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them. Returns how many
-/// recordings failed.
+/// recordings failed. One result is in memory at a time, because a folder may have thousands.
 ///
 /// # Errors
 /// The folder has no results or a wrong one, or a file may not be replaced or cannot be written.
 pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     check(folder, overwrite)?;
-    let all = outcomes(folder)?;
-    let tried: Vec<&Value> = all.iter().filter(|outcome| outcome["skipped"].is_null()).collect();
-    let rows: Vec<Vec<String>> = tried.iter().map(|outcome| row(outcome)).collect();
-    write_text(&folder.join("summary.csv"), &csv(&rows), Overwrite::OWN)?;
-    write_text(
-        &folder.join("summary.json"),
-        &(Value::Array(tried.iter().map(|outcome| short(outcome)).collect()).to_string() + "\n"),
-        Overwrite::OWN,
-    )?;
-    write_text(&folder.join("summary.html"), &page::page(folder, &all), Overwrite::OWN)?;
-    let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
+    let files = files(folder)?;
+    let mut entries = Vec::with_capacity(files.len());
+    let mut table = line(&header());
+    for file in &files {
+        let outcome = result_file::read(file)?;
+        let entry = Entry::of(&outcome);
+        if !matches!(entry, Entry::Skipped { .. }) {
+            table += &line(&row(&outcome));
+        }
+        entries.push(entry);
+    }
+    let all = || files.iter().zip(&entries);
+    let tried = || all().filter(|(_, entry)| !matches!(entry, Entry::Skipped { .. })).map(|(file, _)| file);
+    write_text(&folder.join("summary.csv"), &table, Overwrite::OWN)?;
+    write_file(&folder.join("summary.json"), Overwrite::OWN, |out| {
+        for (n, file) in tried().enumerate() {
+            let outcome = result_file::read(file).map_err(io::Error::other)?;
+            write!(out, "{}{}", if n == 0 { "[" } else { "," }, short(&outcome))?;
+        }
+        writeln!(out, "{}", if tried().next().is_none() { "[]" } else { "]" })
+    })?;
+    write_file(&folder.join("summary.html"), Overwrite::OWN, |out| page::write(out, folder, &files, &entries))?;
+    let failed = entries.iter().filter(|entry| matches!(entry, Entry::Failed { .. })).count();
     messages::status(format_args!(
         "summary of {} recordings, {failed} of them failed: {}",
-        tried.len(),
+        tried().count(),
         folder.join("summary.html").display()
     ));
     Ok(failed)
 }
 
-fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
-    let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
+/// The files of the results in a folder, in the order of their names.
+fn files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let wrong = |error: io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
     let mut names: Vec<_> = std::fs::read_dir(folder)
         .map_err(wrong)?
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
@@ -83,35 +107,7 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
             folder.display()
         )));
     }
-    let read = |path: &std::path::PathBuf| {
-        let wrong_file = |why: String| {
-            Failure::input(format!("{}: {why}; allowed is a file that `footfall fit` wrote", path.display()))
-        };
-        let bytes = bounded::bytes(path, MOST_BYTES).map_err(|why| wrong_file(why.to_string()))?;
-        let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong_file(error.to_string()))?;
-        let ended = ["error", "generator", "skipped"].into_iter().any(|key| outcome[key].is_string());
-        if outcome["recording"].is_string() && ended {
-            Ok(without_curves(outcome, path))
-        } else {
-            Err(wrong_file("is no result of a fit".into()))
-        }
-    };
-    names.iter().map(read).collect()
-}
-
-/// What the summaries have of a result, without its curves: a folder may have thousands, and each would take a hundred kilobytes.
-fn without_curves(mut outcome: Value, path: &Path) -> Value {
-    let drive = &outcome["certificate"]["drive"];
-    let drive = json!({ "walks": drive["walks"], "why_not": drive["why_not"] });
-    let certificate = json!({ "accepted": outcome["certificate"]["accepted"], "drive": drive });
-    if let Some(fields) = outcome.as_object_mut() {
-        for key in ["curves", "compared", "findings", "left_out", "settings"] {
-            fields.remove(key);
-        }
-        fields.insert("certificate".into(), certificate);
-        fields.insert(FILE.into(), path.to_string_lossy().into());
-    }
-    outcome
+    Ok(names)
 }
 
 fn header() -> Vec<String> {
@@ -170,12 +166,12 @@ fn short(outcome: &Value) -> Value {
     })
 }
 
-fn csv(rows: &[Vec<String>]) -> String {
+/// A line of the table.
+fn line(cells: &[String]) -> String {
     let quoted = |cell: &String| {
         if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.clone() }
     };
-    let line = |cells: &[String]| cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
-    std::iter::once(header()).chain(rows.iter().cloned()).map(|cells| line(&cells)).collect()
+    cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }
 
 #[cfg(test)]
@@ -184,8 +180,7 @@ mod tests {
 
     #[test]
     fn cells_with_commas_and_quotes_stay_one_cell() {
-        let rows = vec![vec!["a,b".into(), "say \"so\"".into()]];
-        assert!(csv(&rows).ends_with("\"a,b\",\"say \"\"so\"\"\"\n"));
+        assert_eq!(line(&["a,b".into(), "say \"so\"".into()]), "\"a,b\",\"say \"\"so\"\"\"\n");
     }
 
     #[test]

@@ -5,9 +5,10 @@ use joint_units::Joint;
 use picture::inline::{Chart, Layer};
 use serde_json::Value;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 
-use super::result_file::curves_of;
+use super::result_file;
 
 /// Title of the page, by which a summary is recognised, and its heading.
 const TITLES: [&str; 2] = ["fits", "Fits of a folder"];
@@ -30,15 +31,50 @@ const HEADS: [&str; 8] = [
 /// The column by which the page is sorted.
 const SORTED: usize = 1;
 
-/// The page. `folder` is where it will be.
-pub(super) fn page(folder: &Path, all: &[Value]) -> String {
+/// What the page needs of a result before its row is written.
+pub(super) enum Entry {
+    Fitted {
+        /// The error on strides that were not fitted, degrees; infinite if it is not known.
+        error: f64,
+        /// Whether the generator walks on the robot.
+        walks: bool,
+    },
+    Failed {
+        recording: String,
+        why: String,
+    },
+    Skipped {
+        recording: String,
+        why: String,
+    },
+}
+
+impl Entry {
+    pub(super) fn of(outcome: &Value) -> Self {
+        let text = |key: &str| outcome[key].as_str().map(str::to_owned);
+        let recording = text("recording").unwrap_or_default();
+        match (text("skipped"), text("error")) {
+            (Some(why), _) => Self::Skipped { recording, why },
+            (None, Some(why)) => Self::Failed { recording, why },
+            (None, None) => Self::Fitted {
+                error: outcome["rmse_heldout_deg"].as_f64().unwrap_or(f64::INFINITY),
+                walks: outcome["certificate"]["drive"]["walks"] == true,
+            },
+        }
+    }
+}
+
+/// Writes the page of the results in these files, a row at a time. `folder` is where it will be.
+pub(super) fn write(out: &mut dyn io::Write, folder: &Path, files: &[PathBuf], entries: &[Entry]) -> io::Result<()> {
     let mut page = html::begin(TITLES[0], TITLES[1]);
-    let with = |key: &str| all.iter().filter(|outcome| outcome[key].is_string()).collect::<Vec<_>>();
-    let (failed, skipped) = (with("error"), with("skipped"));
-    let mut fitted = with("generator");
-    let error = |outcome: &Value| outcome["rmse_heldout_deg"].as_f64().unwrap_or(f64::INFINITY);
-    fitted.sort_by(|a, b| error(a).total_cmp(&error(b)));
-    counts(&mut page, &fitted, failed.len(), skipped.len());
+    let error = |(_, entry): &(&PathBuf, &Entry)| match entry {
+        Entry::Fitted { error, .. } => Some(*error),
+        _ => None,
+    };
+    let mut fitted: Vec<(f64, &PathBuf)> =
+        files.iter().zip(entries).filter_map(|of| Some((error(&of)?, of.0))).collect();
+    fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    counts(&mut page, entries);
     if !fitted.is_empty() {
         html::paragraph(
             &mut page,
@@ -46,26 +82,39 @@ pub(super) fn page(folder: &Path, all: &[Value]) -> String {
              person's own mean stride. Small pictures: the mean stride as a solid line and the generator dashed, each leg on its own cycle, and \
              the held-out error of the joint in degrees.",
         );
-        table(&mut page, folder, &fitted);
+        begin_table(&mut page);
+        for (n, (_, file)) in fitted.iter().enumerate() {
+            row(&mut page, folder, n, &result_file::read(file).map_err(io::Error::other)?);
+            out.write_all(page.as_bytes())?;
+            page.clear();
+        }
+        page += "</tbody></table></div>";
     }
-    reasons(&mut page, "Refused files", "Files that could not be fitted, with the reason", &failed, "error");
-    reasons(&mut page, "Skipped files", "Files that are no recordings of gait, with the reason", &skipped, "skipped");
-    // Writing to a String cannot fail.
-    let _ = write!(page, "<script>{SCRIPT}</script>");
-    page + html::END
+    let failed = entries.iter().filter_map(|entry| match entry {
+        Entry::Failed { recording, why } => Some([recording, why]),
+        _ => None,
+    });
+    reasons(&mut page, "Refused files", "Files that could not be fitted, with the reason", failed);
+    let skipped = entries.iter().filter_map(|entry| match entry {
+        Entry::Skipped { recording, why } => Some([recording, why]),
+        _ => None,
+    });
+    reasons(&mut page, "Skipped files", "Files that are no recordings of gait, with the reason", skipped);
+    write!(out, "{page}<script>{SCRIPT}</script>{}", html::END)
 }
 
-fn counts(page: &mut String, fitted: &[&Value], failed: usize, skipped: usize) {
-    let of = |is: &dyn Fn(&Value) -> bool| fitted.iter().filter(|outcome| is(outcome)).count();
-    let stands = of(&|outcome| outcome["certificate"]["drive"]["walks"] != true);
-    let unjudged = of(&|outcome| outcome["rmse_heldout_deg"].is_null());
+fn counts(page: &mut String, entries: &[Entry]) {
+    let of = |is: &dyn Fn(&Entry) -> bool| entries.iter().filter(|entry| is(entry)).count();
     let rows = [
-        ("files", fitted.len() + failed + skipped),
-        ("fitted", fitted.len()),
-        ("fitted, and does not walk on the robot", stands),
-        ("fitted from one stride, so that the held-out error is not known", unjudged),
-        ("refused", failed),
-        ("skipped as no recording of gait", skipped),
+        ("files", entries.len()),
+        ("fitted", of(&|entry| matches!(entry, Entry::Fitted { .. }))),
+        ("fitted, and does not walk on the robot", of(&|entry| matches!(entry, Entry::Fitted { walks: false, .. }))),
+        (
+            "fitted from one stride, so that the held-out error is not known",
+            of(&|entry| matches!(entry, Entry::Fitted { error, .. } if error.is_infinite())),
+        ),
+        ("refused", of(&|entry| matches!(entry, Entry::Failed { .. }))),
+        ("skipped as no recording of gait", of(&|entry| matches!(entry, Entry::Skipped { .. }))),
     ];
     html::table(page, "Number of files", &[], rows.map(|(name, count)| [name.to_owned(), count.to_string()]));
 }
@@ -73,32 +122,35 @@ fn counts(page: &mut String, fitted: &[&Value], failed: usize, skipped: usize) {
 /// A cell: its HTML, and the key by which its column is sorted.
 struct Cell(String, String);
 
-fn table(page: &mut String, folder: &Path, fitted: &[&Value]) {
+/// Heads of all columns.
+fn heads() -> impl Iterator<Item = String> {
+    let joints = Joint::ALL.map(|joint| joint.name().replace('_', " "));
+    HEADS.into_iter().map(str::to_owned).chain(joints)
+}
+
+fn begin_table(page: &mut String) {
     *page += "<h2>Fits</h2><div class=\"table\" role=\"region\" aria-label=\"Fits\" tabindex=\"0\">\
               <table class=\"cards\" role=\"table\"><caption>Fits, the smallest held-out error first</caption><thead role=\"rowgroup\"><tr role=\"row\">";
-    let joints = Joint::ALL.map(|joint| joint.name().replace('_', " "));
-    let heads: Vec<&str> = HEADS.into_iter().chain(joints.iter().map(String::as_str)).collect();
-    for (n, head) in heads.iter().enumerate() {
+    for (n, head) in heads().enumerate() {
         let sorted = if n == SORTED { " aria-sort=\"ascending\"" } else { "" };
         let _ = write!(page, "<th scope=\"col\" role=\"columnheader\"{sorted}>{head}</th>");
     }
     *page += "</tr></thead><tbody role=\"rowgroup\">";
-    for (n, outcome) in fitted.iter().enumerate() {
-        *page += "<tr role=\"row\">";
-        let curves = curves_of(outcome);
-        let cells =
-            cells(folder, outcome).into_iter().chain((0..Joint::COUNT).map(|j| joint_cell(outcome, &curves, n, j)));
-        for (k, (Cell(html, key), head)) in cells.zip(&heads).enumerate() {
-            let key = escape(&key);
-            let _ = if k == 0 {
-                write!(page, "<th scope=\"row\" role=\"rowheader\" data-sort=\"{key}\">{html}</th>")
-            } else {
-                write!(page, "<td role=\"cell\" data-sort=\"{key}\" data-label=\"{head}\">{html}</td>")
-            };
-        }
-        *page += "</tr>";
+}
+
+/// The row of a result, the `n`th.
+fn row(page: &mut String, folder: &Path, n: usize, outcome: &Value) {
+    *page += "<tr role=\"row\">";
+    let cells = cells(folder, outcome).into_iter().chain((0..Joint::COUNT).map(|j| joint_cell(outcome, n, j)));
+    for (k, (Cell(html, key), head)) in cells.zip(heads()).enumerate() {
+        let key = escape(&key);
+        let _ = if k == 0 {
+            write!(page, "<th scope=\"row\" role=\"rowheader\" data-sort=\"{key}\">{html}</th>")
+        } else {
+            write!(page, "<td role=\"cell\" data-sort=\"{key}\" data-label=\"{head}\">{html}</td>")
+        };
     }
-    *page += "</tbody></table></div>";
+    *page += "</tr>";
 }
 
 /// The cells before those of the joints.
@@ -136,8 +188,8 @@ fn cells(folder: &Path, outcome: &Value) -> Vec<Cell> {
 }
 
 /// The small picture of a joint, and its error on strides that were not fitted.
-fn joint_cell(outcome: &Value, curves: &Value, row: usize, joint: usize) -> Cell {
-    let curves = &curves[joint];
+fn joint_cell(outcome: &Value, row: usize, joint: usize) -> Cell {
+    let curves = &outcome["curves"][joint];
     let line = |class: &'static str, key: &str| {
         let values = curves[key].as_array().into_iter().flatten().filter_map(Value::as_f64);
         Layer::Line(class, values.enumerate().map(|(k, angle)| (k as f64, angle)).collect())
@@ -155,17 +207,11 @@ fn joint_cell(outcome: &Value, curves: &Value, row: usize, joint: usize) -> Cell
     Cell(format!("{} <span>{}</span>", chart.small_svg(&format!("small-{row}-{joint}")), number(error, 2)), key)
 }
 
-/// A table of files without a fit.
-fn reasons(page: &mut String, title: &str, caption: &str, outcomes: &[&Value], key: &str) {
-    if outcomes.is_empty() {
-        return;
+/// A table of files without a fit, if there are any.
+fn reasons<'a>(page: &mut String, title: &str, caption: &str, rows: impl Iterator<Item = [&'a String; 2]>) {
+    let mut rows = rows.peekable();
+    if rows.peek().is_some() {
+        let _ = write!(page, "<h2>{title}</h2>");
+        html::table(page, caption, &["file", "reason"], rows);
     }
-    let _ = write!(page, "<h2>{title}</h2>");
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    html::table(
-        page,
-        caption,
-        &["file", "reason"],
-        outcomes.iter().map(|outcome| [text(&outcome["recording"]), text(&outcome[key])]),
-    );
 }

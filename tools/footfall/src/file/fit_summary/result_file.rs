@@ -1,20 +1,21 @@
-//! The file of a result in a folder, and its curves, which the summary does not hold.
+//! The file of a result in a folder.
 
 use std::path::Path;
 
 use serde_json::Value;
 
+use crate::failure::Failure;
 use crate::file::bounded;
 
-/// Most bytes of a result or of a summary.
+/// Most bytes of a result.
 pub const MOST_BYTES: u64 = 64 << 20;
 
-/// Key of the file of a result, in what is kept of it.
-pub(super) const FILE: &str = "result_file";
-
-/// The curves of a result, from its file; null if it can no longer be read.
-pub(super) fn curves_of(outcome: &Value) -> Value {
-    let path = outcome[FILE].as_str().unwrap_or_default();
-    let bytes = bounded::bytes(Path::new(path), MOST_BYTES).unwrap_or_default();
-    serde_json::from_slice::<Value>(&bytes).map_or(Value::Null, |mut outcome| outcome["curves"].take())
+/// Reads a result, or the reason why a file was skipped.
+pub(super) fn read(path: &Path) -> Result<Value, Failure> {
+    let wrong =
+        |why: String| Failure::input(format!("{}: {why}; allowed is a file that `footfall fit` wrote", path.display()));
+    let bytes = bounded::bytes(path, MOST_BYTES).map_err(|why| wrong(why.to_string()))?;
+    let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
+    let ended = ["error", "generator", "skipped"].into_iter().any(|key| outcome[key].is_string());
+    if outcome["recording"].is_string() && ended { Ok(outcome) } else { Err(wrong("is no result of a fit".into())) }
 }

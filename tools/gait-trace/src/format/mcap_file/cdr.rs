@@ -25,6 +25,7 @@ impl<'a> Cdr<'a> {
         Ok(Self { bytes: &message[4..], at: 0, is_big_endian })
     }
 
+    #[inline]
     fn take(&mut self, bytes: usize, what: &str) -> Result<&'a [u8], String> {
         let end = self.at.checked_add(bytes);
         let taken = end.and_then(|end| self.bytes.get(self.at..end)).ok_or_else(|| {
@@ -35,6 +36,7 @@ impl<'a> Cdr<'a> {
         Ok(taken)
     }
 
+    #[inline]
     fn number<const N: usize>(&mut self, what: &str) -> Result<[u8; N], String> {
         self.at = self.at.next_multiple_of(N);
         let mut number = [0; N];
@@ -54,6 +56,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// A text with its length in front and a zero byte at its end.
+    #[inline]
     pub(super) fn text(&mut self, what: &str) -> Result<&'a str, String> {
         let length = self.u32(what)? as usize;
         let bytes = self.take(length, what)?;

@@ -39,6 +39,8 @@ pub(super) struct Source {
     pub(super) messages: u64,
     /// Messages of the state of joints that have a stamp.
     pub(super) stamped: u64,
+    /// The joints of the last message of the state of joints: nearly always those of the next one.
+    last_names: Vec<String>,
 }
 
 /// A field of a channel's messages that may be a joint.
@@ -103,6 +105,10 @@ impl Seen {
                     // A message that cannot be read is an error where it is used.
                     Kind::JointState(layout) => JointState::parse(&data, layout).map_or(Vec::new(), |state| {
                         source.stamped += u64::from(state.stamp_ns != 0);
+                        if state.names == source.last_names {
+                            return Vec::new();
+                        }
+                        source.last_names = state.names.iter().map(|name| (*name).to_owned()).collect();
                         let is_new = |name: &&str| self.names.insert((source.topic.clone(), (*name).to_owned()));
                         state.names.into_iter().filter(is_new).map(str::to_owned).collect()
                     }),
@@ -139,7 +145,7 @@ impl Seen {
             _ => Kind::Other,
         };
         let words = short(&message_encoding);
-        self.sources.insert(id, Source { topic, kind, words, messages: 0, stamped: 0 });
+        self.sources.insert(id, Source { topic, kind, words, messages: 0, stamped: 0, last_names: Vec::new() });
         Ok(())
     }
 

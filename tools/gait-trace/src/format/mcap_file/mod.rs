@@ -29,6 +29,7 @@ use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use fields::{Chosen, Kind, Seen, Source};
 use joint_state::{JointState, Layout};
+use joint_units::Joint;
 use mcap::records::{MessageHeader, Record};
 use message::{check_length, object_of};
 use serde_json::Value;
@@ -73,7 +74,9 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     notes.append(&mut seen.notes);
     let chosen = seen.choose(name, how)?;
-    let mut table = Table { seen: &seen, chosen, time_s: Vec::new(), last_ns: None, without_positions: 0 };
+    let channels = channels(&seen, &chosen);
+    let mut table =
+        Table { seen: &seen, channels: &channels, chosen, time_s: Vec::new(), last_ns: None, without_positions: 0 };
     records(name, bytes, |at, record| {
         let Record::Message { header, data } = record else { return Ok(()) };
         table.take(&header, &data).map_err(|fault| match fault {
@@ -97,9 +100,34 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     Ok(RawJoints { file: name.into(), format, time_s, received, joints, notes })
 }
 
+/// A channel of which messages are read.
+struct OfChannel {
+    kind: Kind,
+    /// Whether any message of its topic has a stamp.
+    has_stamps: bool,
+    /// The joints that are chosen from it, by their index.
+    joints: Vec<usize>,
+}
+
+/// The channels that hold joints that are chosen.
+fn channels(seen: &Seen, chosen: &[Chosen]) -> BTreeMap<u16, OfChannel> {
+    let of_source = |(&channel, source): (&u16, &Source)| {
+        let joints: Vec<usize> = (0..chosen.len()).filter(|&n| seen.are_one(chosen[n].channel, channel)).collect();
+        let of = OfChannel { kind: source.kind, has_stamps: has_stamps(seen, source), joints };
+        (!of.joints.is_empty()).then_some((channel, of))
+    };
+    seen.sources.iter().filter_map(of_source).collect()
+}
+
+/// Whether any message of a topic has a stamp.
+fn has_stamps(seen: &Seen, source: &Source) -> bool {
+    seen.sources.values().any(|other| other.topic == source.topic && other.stamped > 0)
+}
+
 /// The rows that are read.
 struct Table<'a> {
     seen: &'a Seen,
+    channels: &'a BTreeMap<u16, OfChannel>,
     chosen: Vec<Chosen>,
     time_s: Vec<f64>,
     /// Time of the last row, nanoseconds.
@@ -108,8 +136,8 @@ struct Table<'a> {
     without_positions: u64,
 }
 
-/// Numbers of a message, each with the index of the joint that is chosen.
-type Values = Vec<(usize, f64)>;
+/// Numbers of a message by the index of the joint that is chosen; none for a joint that it does not have.
+type Values = [Option<f64>; Joint::COUNT];
 
 /// What is wrong with a message, or with the table.
 enum Why {
@@ -119,27 +147,25 @@ enum Why {
 
 impl Table<'_> {
     fn take(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), Why> {
-        let channel = header.channel_id;
-        let of_channel: Vec<usize> =
-            (0..self.chosen.len()).filter(|&n| self.seen.are_one(self.chosen[n].channel, channel)).collect();
-        let Some(source) = self.seen.sources.get(&channel).filter(|_| !of_channel.is_empty()) else { return Ok(()) };
+        let Some(OfChannel { kind, has_stamps, joints }) = self.channels.get(&header.channel_id) else { return Ok(()) };
         let message = |why| Why::Message(format!("message: {why}"));
-        let (time_ns, values) = match source.kind {
+        let (time_ns, values) = match *kind {
             Kind::JointState(layout) => {
-                let Some((stamp_ns, values)) = self.state_of(&of_channel, data, layout).map_err(message)? else {
+                let Some((stamp_ns, values)) = self.state_of(joints, data, layout).map_err(message)? else {
                     return Ok(());
                 };
-                (if self.has_stamps(source) { i128::from(stamp_ns) } else { i128::from(header.log_time) }, values)
+                (if *has_stamps { i128::from(stamp_ns) } else { i128::from(header.log_time) }, values)
             }
             Kind::Json => {
-                (i128::from(header.log_time) - i128::from(self.seen.zero_ns), self.object_values(&of_channel, data)?)
+                (i128::from(header.log_time) - i128::from(self.seen.zero_ns), self.object_values(joints, data)?)
             }
             Kind::Other => return Ok(()),
         };
         let taken = |chosen: &Chosen| {
             chosen.values.len() == self.time_s.len() && chosen.values.last().is_some_and(|v| !v.is_nan())
         };
-        let joins = self.last_ns == Some(time_ns) && !values.iter().any(|&(n, _)| taken(&self.chosen[n]));
+        let has = |(value, chosen): (Option<f64>, &Chosen)| value.is_some() && taken(chosen);
+        let joins = self.last_ns == Some(time_ns) && !values.into_iter().zip(&self.chosen).any(has);
         if !joins {
             check_rows(self.time_s.len()).map_err(Why::Fault)?;
             self.time_s.push(time_ns as f64 / 1e9);
@@ -148,8 +174,8 @@ impl Table<'_> {
             }
             self.last_ns = Some(time_ns);
         }
-        for (n, value) in values {
-            if let Some(last) = self.chosen[n].values.last_mut() {
+        for (value, chosen) in values.into_iter().zip(&mut self.chosen) {
+            if let (Some(value), Some(last)) = (value, chosen.values.last_mut()) {
                 *last = value;
             }
         }
@@ -164,36 +190,30 @@ impl Table<'_> {
             self.without_positions += u64::from(!state.names.is_empty());
             return Ok(None);
         }
-        let position = |n: usize| {
-            let at = state.names.iter().position(|name| *name == self.chosen[n].field)?;
-            Some((n, state.positions[at]))
-        };
-        let values: Values = of.iter().filter_map(|&n| position(n)).collect();
-        Ok((!values.is_empty()).then_some((state.stamp_ns, values)))
+        let mut values = Values::default();
+        for &n in of {
+            let at = state.names.iter().position(|name| *name == self.chosen[n].field);
+            values[n] = at.map(|at| state.positions[at]);
+        }
+        Ok(values.iter().any(Option::is_some).then_some((state.stamp_ns, values)))
     }
 
     /// The numbers of the fields that are chosen; NaN for a field that is missing.
     fn object_values(&self, of: &[usize], data: &[u8]) -> Result<Values, Why> {
         let object = object_of(data).map_err(|why| Why::Message(format!("message: {why}")))?;
-        let value = |&n: &usize| {
+        let mut values = Values::default();
+        for &n in of {
             let chosen = &self.chosen[n];
-            match object.get(&chosen.field) {
-                None | Some(Value::Null) => Ok((n, f64::NAN)),
-                Some(Value::Number(number)) => {
-                    Ok((n, scaled(&number.to_string(), false, chosen.power).unwrap_or(f64::NAN)))
-                }
+            values[n] = Some(match object.get(&chosen.field) {
+                None | Some(Value::Null) => f64::NAN,
+                Some(Value::Number(number)) => scaled(&number.to_string(), false, chosen.power).unwrap_or(f64::NAN),
                 Some(other) => {
                     let found = short(&other.to_string());
-                    Err(Why::Message(format!("`{}` is {found}; allowed is a number or null", chosen.heading)))
+                    return Err(Why::Message(format!("`{}` is {found}; allowed is a number or null", chosen.heading)));
                 }
-            }
-        };
-        of.iter().map(value).collect()
-    }
-
-    /// Whether any message of a topic has a stamp.
-    fn has_stamps(&self, source: &Source) -> bool {
-        self.seen.sources.values().any(|other| other.topic == source.topic && other.stamped > 0)
+            });
+        }
+        Ok(values)
     }
 
     /// The kind of the messages that were read, and whether their times are those of receipt, with notes on those that were not read.
@@ -206,7 +226,7 @@ impl Table<'_> {
         }
         let mut without_stamps: Vec<&str> = sources()
             .filter(states)
-            .filter(|(_, source)| !self.has_stamps(source))
+            .filter(|(_, source)| !has_stamps(self.seen, source))
             .map(|(_, source)| &*source.topic)
             .collect();
         without_stamps.dedup();

@@ -25,7 +25,7 @@ use crate::format::blocks::Blocks;
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::joint_of;
 use crate::format::row_lines::RowLines;
-use crate::format::text_table::{Delimiter, bare_lines, check_rows, lines, listed, text};
+use crate::format::text_table::{Delimiter, bare_lines, check_rows, is_blank, lines, listed, text};
 use crate::format::unit::{Said, scaled, scaled_or_missing};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -184,7 +184,7 @@ impl<'a> Table<'a> {
 
     /// Reads a row below the header; `fields` is memory for its fields.
     fn push<'t>(&mut self, line: u64, row: &'t str, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
-        if row.trim().is_empty() {
+        if is_blank(row) {
             return Ok(());
         }
         let comma = self.delimiter != Delimiter::Char(',');
