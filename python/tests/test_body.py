@@ -3,12 +3,14 @@
 import dataclasses
 import inspect
 import math
+from pathlib import Path
 from typing import Any, Dict, Tuple
 
 import numpy as np
 import pytest
 
 import footfall
+from conftest import ROOT
 
 mujoco: Any = pytest.importorskip("mujoco")
 body = pytest.importorskip("footfall.body")
@@ -336,6 +338,41 @@ def test_wrong_values_say_what_is_allowed() -> None:
     for make in wrong:
         with pytest.raises(footfall.InputError, match="allowed"):
             make()
+
+
+def test_a_driver_of_another_servo_map_is_refused(tmp_path: Path) -> None:
+    text = (ROOT / "samples" / "robot.toml").read_text(encoding="utf-8")
+    file = tmp_path / "robot.toml"
+    file.write_text(text.replace('direction = "forward"', 'direction = "mirrored"', 1), encoding="utf-8")
+    sample = ROOT / "samples" / "robot.toml"
+    for of_body, of_loop in ((sample, file), (file, sample), (None, file)):
+        with pytest.raises(footfall.InputError, match="servo map of left_hip: in the control loop 1000 us is .* deg; allowed is one map for both: --robot-file"):
+            body.run(body.Body(DESK, "hung", robot_file=of_body), body.LoopDriver(robot=of_loop), 0.5)
+    body.run(body.Body(DESK, "hung", robot_file=file), body.LoopDriver(robot=file), 0.5)
+
+
+def test_an_image_of_another_servo_map_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The map of its record is that of the virtual board's first line, by ``joint_angles``; here a right knee that is mirrored."""
+
+    class Board:
+        def __init__(self, *_: Any, **__: Any) -> None:
+            pass
+
+        def joint_angles(self, pulses_us: Any) -> Any:
+            return np.array([1.0, 1.0, 1.0, -1.0]) * body.LoopDriver().joint_angles(pulses_us)
+
+    monkeypatch.setattr("footfall.body.board.VirtualBoard", Board)
+    with pytest.raises(footfall.InputError, match="servo map of right_knee: in the control loop .*whose file or record"):
+        body.run(body.Body(DESK, "hung"), body.BoardDriver("firmware.elf", robot="robot.bin"), 0.5)
+
+
+def test_a_driver_or_a_body_that_has_run_is_refused() -> None:
+    ours, driver = body.Body(DESK, "hung"), body.LoopDriver()
+    body.run(ours, driver, 0.5)
+    with pytest.raises(footfall.InputError, match="the body has moved already"):
+        body.run(ours, body.LoopDriver(), 0.5)
+    with pytest.raises(footfall.InputError, match="the driver has run already"):
+        body.run(body.Body(DESK, "hung"), driver, 0.5)
 
 
 def test_pulses_come_at_their_times_however_far_the_driver_goes_at_once() -> None:

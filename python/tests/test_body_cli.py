@@ -1,13 +1,16 @@
 """The command line ``python -m footfall.body``: what it prints, its exit codes, its errors."""
 
+import argparse
 import json
+import math
+import re
 import shutil
 import struct
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import List, Tuple
+from typing import Any, List, Tuple
 
 import pytest
 
@@ -16,8 +19,10 @@ from conftest import ROOT
 pytest.importorskip("mujoco")
 pytest.importorskip("matplotlib")
 
-from footfall import InputError  # noqa: E402
-from footfall.body import DESK, Robot, body_file, person  # noqa: E402
+from footfall import InputError, certify  # noqa: E402
+from footfall.body import DESK, Robot, body_file, cli, person, picture  # noqa: E402
+from footfall.body.by_name import named_generator  # noqa: E402
+from footfall.body.runs import Runs, why_it_does_not_walk  # noqa: E402
 
 
 def run(*arguments: object) -> Tuple[int, str, str]:
@@ -189,7 +194,6 @@ def test_a_run_is_an_mp4(tmp_path: Path) -> None:
         (["--gait", "samples/rows.csv"], "rows.csv"),
         (["--supply", "12"], "allowed is 4.8 to 6 V"),
         (["--robot", "person"], "size"),
-        (["--picture", "no/folder/walk.png"], "folder"),
         (["--push", "0.1", "--secs", "5"], "at 5 s"),
         (["--slope", "30"], "allowed is -10 to 10 deg"),
         (["size", "--picture", "walk.png"], "walk"),
@@ -201,11 +205,104 @@ def test_a_run_is_an_mp4(tmp_path: Path) -> None:
         (["--robot", "missing.toml"], "missing.toml"),
         (["--robot", "desks"], "allowed is one of desk, mini, person"),
         (["search", "--speed", "0.8", "-o", "walk.toml"], "--speed"),
+        (["--kind", "wide"], "--kind wide: it is of the robots of --seeds"),
+        (["size", "--kind", "wide"], "allowed with --seeds N"),
+        (["size", "--robot", "person", "--robot-file", "missing.toml"], "--robot-file: it has no effect on person, which has no servo"),
+        (["size", "--robot", "person", "--seeds", "2"], "--seeds: it has no effect"),
+        (["size", "--robot", "person", "--slope", "2"], "--slope: it has no effect"),
+        (["size", "--robot", "person", "--push", "0.1"], "--push: it has no effect"),
+        (["size", "--robot", "person", "--rig", "free"], "--rig: it has no effect"),
+        (["size", "--robot", "person", "--supply", "5"], "--supply: it has no effect"),
+        (["defaults", "--seeds", "2"], "--seeds: `defaults` has none"),
+        (["defaults", "--robot", "samples/robot.toml"], "--robot-file: `defaults` has none"),
+        (["--gait", "natural_walk"], "allowed are cell-walk, "),
+        (["--robot", "a.toml", "--robot-file", "b.toml"], "--robot a.toml --robot-file b.toml: both are robot files"),
+        (["--robot", "mini", "--robot", "a.toml"], "--robot is given twice"),
     ],
 )
 def test_wrong_input_is_exit_code_2_and_says_what_is_allowed(arguments: List[str], words: str) -> None:
     code, output, messages = run(*arguments)
     assert code == 2 and output == "" and words in messages and "Traceback" not in messages, messages
+
+
+@pytest.fixture(scope="module")
+def slow_robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A robot file that allows each joint 60 deg/s."""
+    file: Path = tmp_path_factory.mktemp("robot") / "slow.toml"
+    text, changed = re.subn(r"(?m)^rate_deg_per_s = .*$", "rate_deg_per_s = 60.0", (ROOT / "samples" / "robot.toml").read_text(encoding="utf-8"))
+    assert changed == 4
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_a_gait_that_the_gate_takes_away_does_not_walk(slow_robot: Path) -> None:
+    options = ["--gait", "natural-walk", "--secs", 1, "--quiet", "--robot-file"]
+    found = json.loads(run(*options, "samples/robot.toml", "--json")[1])
+    assert found["all"]["limited_share_mean"] == found["each"][0]["limited_share"] == 0.0 and found["walks_why_not"] is None
+    code, output, messages = run(*options, slow_robot)
+    words = certify(named_generator("natural-walk"), robot=slow_robot, starts=1).walks_why_not
+    assert words is not None and words.startswith("limits take")
+    assert code == 0 and messages.startswith("warning: natural-walk at speed 1 does not walk on this robot") and words in messages
+    share = re.search(r"the gate limits (\S+) % of the control periods", output)
+    assert share is not None and float(share.group(1)) > 30.0
+
+
+def test_no_servo_is_enough_for_a_gait_that_the_gate_takes_away(
+    slow_robot: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: List[object] = []
+    monkeypatch.setattr("footfall.body.runs.certify", lambda *given, **named: asked.append(given) or certify(*given, **named))
+    options = ["size", "--gait", "natural-walk", "--secs", "1", "--seeds", "2", "--quiet", "--robot-file", str(slow_robot)]
+    assert cli.main([*options, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    (found,) = printed["runs"]
+    assert [one["suffices"] for one in found["servos"]] == [False] * 3 and len(asked) == 1, "certified once, not once a seed and servo"
+    # One of them follows the pulses that are left: without the certificate it is enough.
+    assert any(one["falls"] == 0 and max(one["tracking_rms_deg"]) < 5.0 for one in found["servos"])
+    assert found["limited_share"] > 0.3 and found["walks_why_not"].startswith("limits take") and printed["robot_file"] == str(slow_robot)
+    assert cli.main(options) == 0
+    output, messages = capsys.readouterr()
+    assert f"desk with {slow_robot}" in output and f"none is enough: the gate limits {100.0 * found['limited_share']:.1f} %" in output
+    assert found["walks_why_not"] in output and messages.count("warning: ") == 1
+
+
+def test_a_gait_is_certified_at_its_speed(tmp_path: Path) -> None:
+    """A rate that is enough for half of the speed, and not for one and a half."""
+    file, text = tmp_path / "robot.toml", (ROOT / "samples" / "robot.toml").read_text(encoding="utf-8")
+    file.write_text(re.sub(r"(?m)^rate_deg_per_s = .*$", "rate_deg_per_s = 150.0", text), encoding="utf-8")
+    limited = Runs([{"limited_share": 0.5}], [], 1)
+    why_not = [
+        why_it_does_not_walk(argparse.Namespace(gait="natural-walk", speed=speed, robot_file=str(file)), limited) for speed in (0.5, 1.5)
+    ]
+    assert why_not[0] is None and why_not[1] is not None and why_not[1].startswith("limits take")
+
+
+def test_results_say_what_was_run(tmp_path: Path) -> None:
+    options = ["--rig", "hung", "--robot", "mini", "--robot-file", "samples/robot.toml", "--gait", "human-walk", "--speed", 1.2]
+    options += ["--servo", "MG996R", "--supply", 5, "--seeds", 2, "--kind", "wide", "--slope", -2, "--push", 0.1, "--secs", 5.2]
+    found = json.loads(run(*options, "--json", "--quiet")[1])
+    wanted = {"rig": "hung", "robot": "mini", "robot_file": "samples/robot.toml", "gait": "human-walk", "speed": 1.2, "servo": "MG996R", "supply_v": 5.0}
+    wanted.update(seeds=2, kind="wide", slope_deg=-2.0, push_ns=0.1, secs=5.2, command="walk")
+    assert {name: found[name] for name in wanted} == wanted
+    nominal = json.loads(run("--rig", "hung", "--secs", 1, "--json", "--quiet")[1])
+    named = ("gait", "speed", "servo", "supply_v", "seeds", "kind", "robot_file", "slope_deg")
+    assert [nominal[name] for name in named] == ["default walk", 1.0, "MG996R", 6.0, None, None, None, 0.0]
+
+
+def test_a_picture_says_what_was_run_and_has_the_slope_of_the_floor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: List[Any] = []
+    # Drawn, so that the axes have their scale.
+    monkeypatch.setattr(picture, "_save", lambda figure, _: (figure.canvas.draw(), drawn.append(figure.axes[0])))
+    monkeypatch.chdir(ROOT)
+    options = ["--secs", "1", "--quiet", "--picture", str(tmp_path / "walk.png"), "--gait", "natural-walk"]
+    assert cli.main([*options, "--robot-file", "samples/robot.toml", "--slope", "8"]) == 0
+    title = drawn[0].get_title()
+    assert all(words in title for words in ("natural-walk", "samples/robot.toml", "slope 8 deg", "simulation", "nominal"))
+    floor = drawn[0].lines[0]
+    (x, y), (end_x, end_y) = floor.get_transform().transform(floor.get_xydata())
+    assert math.degrees(math.atan2(end_y - y, end_x - x)) == pytest.approx(8.0, abs=0.01)
+    times = [text.get_text().split("\n")[0] for text in drawn[0].texts]
+    assert len(times) == 12 and len(set(times)) == 12, "a short run has a time of its own for each figure"
 
 
 def test_a_floor_that_rises_is_harder_to_walk() -> None:

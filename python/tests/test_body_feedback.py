@@ -107,11 +107,18 @@ def test_differences_are_robot_by_robot_and_the_top_of_a_ladder_is_counted() -> 
     none = Limits([False, False], [0.1, 0.5], [0.2, 0.2], [1.0, 2.0], [0.0, 0.5], 0.0)
     law = Limits([False, True], [0.2, 0.6], [0.2, 0.0], [1.0, 6.0], [0.5, 0.0], 0.25)
     found = gain(law, none)
-    assert found["forwards_ns"] == pytest.approx((0.1, 0.1, 0.1)), "the robots differ, their differences do not"
+    assert found["forwards_ns"] == (pytest.approx(0.1), None, None), "two robots have no interval"
     assert found["backwards_ns"][0] == pytest.approx(-0.1) and found["up_deg"][0] == pytest.approx(2.0)
     assert [law.at_the_top(name) for name in LADDERS] == [1, 0, 1, 0]
     lines = tables({"none": none, "softer": law})
-    assert lines[3].startswith("| softer | 1 of 2 | 25.0 | 0.400 (0.200 to 0.600), 1 |")
+    assert lines[3].startswith("| softer | 1 of 2 | 25.0 | 0.400 (-), 1 |") and lines[-1].startswith("| softer | +0.100 (-) |")
+
+
+def test_ten_robots_have_an_interval() -> None:
+    none, law = (Limits([False] * 10, forwards, [0.2] * 10, [1.0] * 10, [0.5] * 10, 0.0) for forwards in ([0.1, 0.5] * 5, [0.2, 0.6] * 5))
+    assert gain(law, none)["forwards_ns"] == pytest.approx((0.1, 0.1, 0.1)), "the robots differ, their differences do not"
+    lines = tables({"none": none, "softer": law})
+    assert re.match(r"\| softer \| 0 of 10 \| 0.0 \| 0.400 \(0\.[23]\d\d to 0\.[45]\d\d\), 5 \|", lines[3]), lines[3]
     assert lines[-1].startswith("| softer | +0.100 (+0.100 to +0.100) |")
 
 
@@ -131,8 +138,9 @@ def test_the_command_prints_what_robots_stand_with_a_law_and_the_difference_to_n
     found: Dict[str, Any] = json.loads(done.stdout)
     none, law = found["laws"]
     assert (none["law"], law["law"], found["robots"]) == ("none", "hips softer 0.7", 1) and none["fallen"] == [False]
+    assert [found[name] for name in ("gait", "robot_file", "robot", "secs")] == [options[1], options[3], "desk", 5.5]
     for name in LADDERS:
-        assert none["gain"][name] == [0.0, 0.0, 0.0]
+        assert none["gain"][name] == [0.0, None, None]
         assert law["gain"][name][0] == pytest.approx(np.mean(law[name]) - np.mean(none[name])) and max(none[name]) > 0.0
     assert law["limited_share"] > none["limited_share"] == 0.0
 

@@ -114,6 +114,13 @@ def test_wrong_input_is_exit_code_2_and_says_what_is_allowed(arguments: List[str
     assert code == 2 and output == "" and words in messages, messages
 
 
+@pytest.mark.parametrize("arguments", [["report", "--short"], ["report", "--launches"], ["worn"]])
+def test_outside_of_a_clone_it_says_at_once_where_to_run(arguments: List[str], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "footfall.body", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert done.returncode == 2 and "run 1" not in done.stderr and "in the folder of a clone that has README.md" in done.stderr, done.stderr
+
+
 def test_a_page_gets_its_tables_between_the_marks(tmp_path: Path, short: Dict[str, Any]) -> None:
     page = tmp_path / "page.md"
     page.write_text(f"before\n{report._MARKS[0]}\nold\n{report._MARKS[1]}\nafter\n", encoding="utf-8")

@@ -136,7 +136,6 @@ def test_processes_of_a_search_that_is_killed_end(tmp_path: Path) -> None:
     "arguments,words",
     [
         (["search"], "-o FILE"),
-        (["search", "-o", "no/folder/walk.toml"], "-o FILE in a folder that exists"),
         (["search", "-o", "walk.toml", "--json"], "--json"),
         (["search", "-o", "walk.toml", "--candidates", "3"], "allowed is a whole number from 4"),
         (["search", "-o", "walk.toml", "--robot", "person"], "size"),

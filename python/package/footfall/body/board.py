@@ -4,10 +4,11 @@ from types import TracebackType
 from typing import List, Optional, Sequence, Type
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import VirtualBoard
 from .._board import PathLike, Step
-from .._errors import BoardError
+from .._errors import BoardError, InputError
 from .drivers import Frame
 
 #: A servo frame is over so long after the supply of the servos went on, s.
@@ -49,8 +50,14 @@ class BoardDriver:
         # subtracted times have, a pulse that ends with a millisecond ends with it here too.
         return [Frame(round(at - self._start_s, 6), (us[0], us[1], us[2], us[3])) for at, us in pairs if not any(np.isnan(us))]
 
+    def joint_angles(self, pulses_us: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Joint angles, rad, that these pulses ask for, us: by the servo map of the robot record; both have the shape (..., 4)."""
+        return self._board.joint_angles(pulses_us)
+
     def arm(self, volts: Sequence[float]) -> List[Frame]:
         """The emergency stop is tested and the button held for 0.5 s, while the sensors have about these volts, V; the first frame is at 0 s."""
+        if self._last is not None:
+            raise InputError("the board has run already; allowed is a new BoardDriver for each run")
         # Held by a person, a sensor is never quite still; one that is would be reported as stuck.
         tremble = np.random.default_rng(0)
 

@@ -1,8 +1,10 @@
 """A generator or a body by its name or by its file, as the command lines take them."""
 
+import os
 from typing import Optional
 
 from .. import Generator, gaits
+from .._errors import InputError
 from . import body_file
 from .gait import Gait
 from .robots import Robot, named
@@ -22,6 +24,8 @@ def named_generator(gait: Optional[str], speed: float = 1.0) -> Generator:
     if gait is None:
         return Generator.default(period_s=period_s)
     if gait not in gaits():
+        if not os.path.exists(gait):
+            raise InputError(f"--gait '{gait}': no gait has this name, and no file; allowed are {', '.join(gaits())}, or a file that `footfall fit` wrote")
         return Generator.read(gait, period_s=period_s)
     # The gaits' own networks run on no board; their shape does.
     return Generator.parse(Gait.of(Generator.gait(gait)).text(""), name="gait", period_s=period_s)

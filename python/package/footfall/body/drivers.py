@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import FollowStatus, Generator, JointLoop, robot as robot_maps
 from .._errors import FootfallError, InputError
@@ -22,7 +23,7 @@ class Frame(NamedTuple):
 
 
 class Driver(Protocol):
-    """A controller of the four servos."""
+    """A controller of the four servos. One with a method ``joint_angles``, as `LoopDriver` has, runs a body of the same servo map alone."""
 
     def arm(self, volts: Sequence[float]) -> List[Frame]:
         """Starts it and arms it, while somebody holds the body: the sensors have these volts, V. Returns the first servo frame, at 0 s."""
@@ -68,8 +69,15 @@ class LoopDriver:
         self._request = None if speed == 1.0 else f"1 set speed {speed:g}"
         self._loop = JointLoop(generator, robot=robot, sensors=sensors)
         self._first_frame_ticks, self._boot_ms = self._OF_DEFAULT_WALK if generator is None else self._OF_RECORD
+        maps = robot_maps(robot).values()
+        self._neutral_us, self._at_neutral_rad, self._us_per_rad = (np.array([one[key] for one in maps]) for key in ("neutral_us", "at_neutral_rad", "us_per_rad"))
         self._ticks = self._limited = 0
         self._first: Optional[int] = None
+
+    def joint_angles(self, pulses_us: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Joint angles, rad, that these pulses ask for, us: by the servo map of the robot file; both have the shape (..., 4)."""
+        angles: npt.NDArray[np.float64] = self._at_neutral_rad + (np.asarray(pulses_us, dtype=np.float64) - self._neutral_us) / self._us_per_rad
+        return angles
 
     def _code(self, volt: float) -> int:
         """The converter's code of a voltage, V, before its ends; no unit."""
@@ -98,6 +106,8 @@ class LoopDriver:
 
     def arm(self, volts: Sequence[float]) -> List[Frame]:
         """The emergency stop is tested, and the button is held for 0.5 s; V at the sensors, the first servo frame at 0 s."""
+        if self._ticks:
+            raise InputError("the driver has run already, and would go on from there; allowed is a new one for each run")
         # Held by a person, a sensor is never quite still; one that is would be reported as stuck.
         tremble = np.random.default_rng(0).normal(0.0, 0.004, (2000, len(volts)))
         for at in range(2000):

@@ -304,29 +304,45 @@ def interval(values: Sequence[float], random: int = 1) -> Tuple[float, float, fl
     return float(given.mean()), float(low), float(high)
 
 
+#: A bootstrap of fewer robots than this says nothing of other robots, so there is no interval.
+LEAST_ROBOTS = 10
+
+
+def _cell(values: Sequence[float], digits: int, sign: str = "") -> str:
+    """Mean and interval of some robots as the tables have them; unit of the values."""
+    mean, low, high = interval(values)
+    span = f"{low:{sign}.{digits}f} to {high:{sign}.{digits}f}" if len(values) >= LEAST_ROBOTS else "-"
+    return f"{mean:{sign}.{digits}f} ({span})"
+
+
 #: Of each ladder: what the tables call it, and digits behind the point.
 _NAMES = {"forwards_ns": ("push forwards N s", 3), "backwards_ns": ("push backwards N s", 3), "up_deg": ("slope up deg", 2), "down_deg": ("slope down deg", 2)}
 
 
-def gain(one: Limits, none: Limits) -> Dict[str, Tuple[float, float, float]]:
-    """Mean and interval of the differences, robot by robot, of a law to none for each ladder; N s and deg."""
-    pairs = {name: zip(getattr(one, name), getattr(none, name)) for name in LADDERS}
-    return {name: interval([ours - theirs for ours, theirs in pair]) for name, pair in pairs.items()}
+def _differences(one: Limits, none: Limits, ladder: str) -> List[float]:
+    return [ours - theirs for ours, theirs in zip(getattr(one, ladder), getattr(none, ladder))]
+
+
+def gain(one: Limits, none: Limits) -> Dict[str, Tuple[float, Optional[float], Optional[float]]]:
+    """Mean and interval of the differences, robot by robot, of a law to none for each ladder; N s and deg. No interval below ``LEAST_ROBOTS``."""
+    found: Dict[str, Tuple[float, Optional[float], Optional[float]]] = {}
+    for name in LADDERS:
+        mean, low, high = interval(_differences(one, none, name))
+        found[name] = (mean, low, high) if len(one.fallen) >= LEAST_ROBOTS else (mean, None, None)
+    return found
 
 
 def row(name: str, one: Limits) -> str:
     """The line of a law in the table of what the robots stand; N s, deg."""
     cells = [f"{sum(one.fallen)} of {len(one.fallen)}", f"{100.0 * one.limited_share:.1f}"]
     for ladder, (_, digits) in _NAMES.items():
-        mean, low, high = interval(getattr(one, ladder))
-        cells.append(f"{mean:.{digits}f} ({low:.{digits}f} to {high:.{digits}f}), {one.at_the_top(ladder)}")
+        cells.append(f"{_cell(getattr(one, ladder), digits)}, {one.at_the_top(ladder)}")
     return f"| {name} | " + " | ".join(cells) + " |"
 
 
 def gain_row(name: str, one: Limits, none: Limits) -> str:
     """The line of a law in the table of the differences to none; N s, deg."""
-    pairs = zip(gain(one, none).values(), _NAMES.values())
-    cells = (f"{mean:+.{digits}f} ({low:+.{digits}f} to {high:+.{digits}f})" for (mean, low, high), (_, digits) in pairs)
+    cells = (_cell(_differences(one, none, ladder), digits, "+") for ladder, (_, digits) in _NAMES.items())
     return f"| {name} | " + " | ".join(cells) + " |"
 
 

@@ -84,6 +84,7 @@ def together(runs: Sequence[Dict[str, Any]]) -> Dict[str, Any]:
     """Means and extremes of several runs; lists have the order of ``JOINTS``, names have the units."""
     metres = [run["metres"] for run in runs]
     slips = [run["slip_share"] for run in runs if run["slip_share"] is not None]
+    limited = [float(run["limited_share"]) for run in runs if run.get("limited_share") is not None]
     found: Dict[str, Any] = {
         "runs": len(runs),
         "falls": sum(run["fallen"] for run in runs),
@@ -92,6 +93,7 @@ def together(runs: Sequence[Dict[str, Any]]) -> Dict[str, Any]:
         "metres_most": max(metres),
         "steps_mean": float(np.mean([run["steps"] for run in runs])),
         "slip_share_mean": float(np.mean(slips)) if slips else None,
+        "limited_share_mean": float(np.mean(limited)) if limited else None,
         "joints": list(JOINTS),
     }
     for name in ("output_peak_nm", "motor_peak_nm", "speed_peak_deg_s"):

@@ -4,6 +4,7 @@ import math
 import os
 import shutil
 import subprocess
+import textwrap
 from typing import Any, List, Tuple, Union
 
 import numpy as np
@@ -12,6 +13,7 @@ from .. import JOINTS
 from .._errors import FootfallError, InputError
 from .cuff import Worn
 from .model import arc
+from .outputs import whole
 from .simulation import Trace
 
 Path = Union[str, "os.PathLike[str]"]
@@ -20,6 +22,8 @@ Path = Union[str, "os.PathLike[str]"]
 FRAMES = 12
 #: Pictures of a video, 1/s: a whole number of milliseconds each, and of hundredths of a second, which a GIF counts.
 FRAMES_S = 25
+#: How a picture of a run is read.
+_READ = "simulation; left leg blue, right leg orange"
 _COLOURS = {"left": "#1f77b4", "right": "#d95f02"}
 
 
@@ -36,10 +40,8 @@ def _figure(width_in: float, height_in: float, **options: Any) -> Any:
 
 
 def _save(figure: Any, path: Path) -> None:
-    try:
-        figure.savefig(path, format="png")
-    except OSError as error:
-        raise InputError(f"{os.fspath(path)}: the picture cannot be written: {error.strerror or error}") from error
+    with whole(path) as beside:
+        figure.savefig(beside, format="png")
 
 
 def _turn(point: Tuple[float, float], angle: float) -> Tuple[float, float]:
@@ -65,18 +67,30 @@ def leg(trace: Trace, row: int, side: str) -> List[Tuple[float, float]]:
     return [top, joint, of_shank((0.0, -robot.shank.length_m + 0.1 * robot.hip_m)), *sole]
 
 
-def _body(axes: Any, trace: Trace, row: int, shift: float) -> None:
-    """Draws trunk and legs of a row, moved by ``shift`` m."""
+def _on_slope(axes: Any, trace: Trace, x: float) -> Any:
+    """The transform that draws points on the floor with its slope, about the floor's point at ``x`` m."""
+    from matplotlib.transforms import Affine2D
+
+    return Affine2D().rotate_deg_around(x, 0.0, trace.slope_deg) + axes.transData
+
+
+def _lines(text: str, width: int) -> str:
+    """A title in lines of so many letters; no unit."""
+    return "\n".join(textwrap.wrap(text, width))
+
+
+def _body(axes: Any, trace: Trace, row: int, shift: float, transform: Any) -> None:
+    """Draws trunk and legs of a row, moved by ``shift`` m along the floor, with a transform of the axes."""
     lean, hip = float(trace.trunk[row, 2]), leg(trace, row, "left")[0]
     head = _turn((0.0, trace.robot.trunk.length_m), lean)
-    axes.plot([hip[0] + shift, hip[0] + head[0] + shift], [hip[1], hip[1] + head[1]], color="0.2", linewidth=5.0, solid_capstyle="round")
+    axes.plot([hip[0] + shift, hip[0] + head[0] + shift], [hip[1], hip[1] + head[1]], color="0.2", linewidth=5.0, solid_capstyle="round", transform=transform)
     for side in ("right", "left"):
         points = leg(trace, row, side)
         bones, sole = points[:3], points[3:]
-        axes.plot([at + shift for at, _ in bones], [up for _, up in bones], color=_COLOURS[side], linewidth=2.5, marker="o", markersize=3.0)
+        axes.plot([at + shift for at, _ in bones], [up for _, up in bones], color=_COLOURS[side], linewidth=2.5, marker="o", markersize=3.0, transform=transform)
         first, end = sole[0], sole[-1]
         outline = [bones[2], *sole, bones[2]] if first != end else bones
-        axes.plot([at + shift for at, _ in outline], [up for _, up in outline], color=_COLOURS[side], linewidth=1.5)
+        axes.plot([at + shift for at, _ in outline], [up for _, up in outline], color=_COLOURS[side], linewidth=1.5, transform=transform)
 
 
 def writer(path: Path) -> str:
@@ -108,28 +122,30 @@ def video(trace: Trace, path: Path, title: str) -> None:
     robot = trace.robot
     movie = FFMpegWriter(fps=FRAMES_S) if writer(path) == "mp4" else PillowWriter(fps=FRAMES_S)
     axes = figure.add_subplot()
-    apart_ms = round(1000.0 / FRAMES_S)
+    figure.subplots_adjust(top=0.85)
+    apart_ms, wide = round(1000.0 / FRAMES_S), 1.6 * robot.hip_m
+    rise = wide * abs(math.sin(math.radians(trace.slope_deg)))
     try:
-        with movie.saving(figure, os.fspath(path), dpi=100):
+        with whole(path) as beside, movie.saving(figure, beside, dpi=100):
             for row in range(0, len(trace.time_s), apart_ms):
                 axes.clear()
                 x = float(trace.trunk[row, 0])
-                wide = 1.6 * robot.hip_m
-                axes.axhline(0.0, color="0.4", linewidth=1.0)
+                transform = _on_slope(axes, trace, x)
+                axes.plot([x - 2.0 * wide, x + 2.0 * wide], [0.0, 0.0], color="0.4", linewidth=1.0, transform=transform)
                 for mark in range(math.ceil((x - wide) * 10.0), math.floor((x + wide) * 10.0) + 1):
                     deep, metre = (0.08, True) if mark % 10 == 0 else (0.03, False)
-                    axes.plot([mark / 10.0] * 2, [-deep * robot.hip_m, 0.0], color="0.4", linewidth=1.0)
+                    axes.plot([mark / 10.0] * 2, [-deep * robot.hip_m, 0.0], color="0.4", linewidth=1.0, transform=transform)
                     if metre:
-                        axes.text(mark / 10.0, -0.1 * robot.hip_m, f"{mark // 10} m", ha="center", va="top", fontsize=8)
-                _body(axes, trace, row, 0.0)
+                        axes.text(mark / 10.0, -0.1 * robot.hip_m, f"{mark // 10} m", ha="center", va="top", fontsize=8, transform=transform)
+                _body(axes, trace, row, 0.0, transform)
                 axes.set_xlim(x - wide, x + wide)
-                axes.set_ylim(-0.3 * robot.hip_m, 1.4 * robot.hip_m + robot.trunk.length_m)
+                axes.set_ylim(-0.3 * robot.hip_m - rise, 1.4 * robot.hip_m + robot.trunk.length_m)
                 axes.set_aspect("equal")
                 axes.set_axis_off()
-                axes.set_title(f"{title}\n{trace.time_s[row]:.2f} s, {x:.2f} m (simulation; left leg blue, right leg orange)", fontsize=9)
+                axes.set_title(_lines(f"{title}; {_READ}", 95) + f"\n{trace.time_s[row]:.2f} s, {x:.2f} m", fontsize=9)
                 movie.grab_frame()
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise InputError(f"{os.fspath(path)}: the video cannot be written: {getattr(error, 'strerror', None) or error}") from error
+    except subprocess.CalledProcessError as error:
+        raise FootfallError(f"{os.fspath(path)}: the video cannot be written: {error}") from error
 
 
 def strip(trace: Trace, path: Path, title: str) -> None:
@@ -138,18 +154,23 @@ def strip(trace: Trace, path: Path, title: str) -> None:
     axes = figure.add_subplot()
     robot, count = trace.robot, len(trace.time_s)
     apart = 1.1 * robot.hip_m
-    last = round(apart * (FRAMES - 1), 6)
-    axes.axhline(0.0, color="0.4", linewidth=1.0)
+    last = apart * (FRAMES - 1)
+    transform, rise = _on_slope(axes, trace, 0.0), last * math.sin(math.radians(trace.slope_deg))
+    axes.plot([-apart, last + apart], [0.0, 0.0], color="0.4", linewidth=1.0, transform=transform)
+    between_s = float(trace.time_s[-1]) / (FRAMES - 1)
+    # Figures that are close in time have other labels nevertheless.
+    digits = 1 if between_s >= 0.5 else 2 if between_s >= 0.02 else 3
     for number in range(FRAMES):
         row = round((count - 1) * number / (FRAMES - 1))
         x = float(trace.trunk[row, 0])
-        _body(axes, trace, row, apart * number - x)
-        axes.text(apart * number, -0.17 * robot.hip_m, f"{trace.time_s[row]:.1f} s\n{x:.2f} m", ha="center", va="top", fontsize=8)
+        _body(axes, trace, row, apart * number - x, transform)
+        label = f"{trace.time_s[row]:.{digits}f} s\n{x:.2f} m"
+        axes.text(apart * number, -0.17 * robot.hip_m, label, ha="center", va="top", fontsize=8, transform=transform)
     axes.set_xlim(-apart, last + apart)
-    axes.set_ylim(-0.55 * robot.hip_m, 1.25 * robot.hip_m + robot.trunk.length_m)
+    axes.set_ylim(min(0.0, rise) - 0.55 * robot.hip_m, max(0.0, rise) + 1.25 * robot.hip_m + robot.trunk.length_m)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set_title(f"{title} (simulation; left leg blue, right leg orange)", fontsize=9)
+    axes.set_title(_lines(f"{title}; {_READ}", 200), fontsize=9)
     figure.tight_layout()
     _save(figure, path)
 

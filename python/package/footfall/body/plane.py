@@ -153,7 +153,7 @@ class FoundInPlane:
     robot_text: str
     """Robot file with the park pose of the gait; no unit."""
     cost: float
-    """Mean over the runs with which the candidates at the end were compared; no unit."""
+    """Mean over the runs with which the candidates at the end were compared, or over those of the last generation; no unit."""
     falls: int
     """Of these runs; no unit."""
     compared: int
@@ -162,6 +162,10 @@ class FoundInPlane:
     """Stiffness of the spring at the end, N m for 1 rad; 0 once the candidates walk without."""
     runs: int
     """Simulated runs; no unit."""
+    generations: int
+    """Generations that ended; no unit."""
+    was_stopped: bool = False
+    """The keyboard stopped it: the gait is the best candidate of the last generation that ended. No unit."""
 
 
 def _trials(plane: Plane, drawn: np.random.Generator, seeds: Sequence[int], hold_nm: float) -> List[Trial]:
@@ -193,41 +197,53 @@ def search(
     strategy = strategy_of(np.zeros(len(middle)), step, {"popsize": candidates, "seed": random, "verbose": -9})
     drawn = np.random.default_rng(random)
     recent: List[Floats] = []
-    hold_nm, runs = plane.hold_nm, 0
+    hold_nm, runs, ended = plane.hold_nm, 0, 0
+    # Of the last of `recent`: its cost, its runs and the spring in them.
+    least, spring_nm = math.inf, hold_nm
+    of_least: List[Outcome] = []
     with processes(jobs) as pool:
-        for generation in range(1, generations + 1):
-            numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
-            trials = _trials(plane, drawn, numbers, hold_nm)
-            points = strategy.ask()
-            vectors = [middle + SCALE * point for point in points]
-            allowed = [at for at, vector in enumerate(vectors) if _is_allowed(plane, vector)]
-            values = [10.0 + float(np.abs(point).sum()) for point in points]
-            results = pool.map(_tried, [(plane, vectors[at], trials) for at in allowed])
-            walks = {}
-            for at, (found, limited) in zip(allowed, results):
-                values[at] = float(np.mean([cost(one, plane.seconds) for one in found])) + 2.0 * limited
-                walks[at] = found
-            runs += len(allowed) * len(trials)
-            strategy.tell(points, values)
-            order = [at for at in np.argsort(values).tolist() if at in walks]
-            recent = [*recent[-4:], *(vectors[at] for at in order[:1])]
-            best = [one for at in order[:5] for one in walks[at]]
-            falls = float(np.mean([one.fallen for one in best])) if best else 1.0
-            speed = float(np.mean([one.metres for one in best])) / plane.seconds if best else 0.0
-            if progress:
-                done = f"generation {generation} of {generations}: best {min(values):.3f}, median {np.median(values):.3f}"
-                rest = f"spring {hold_nm:.2f} N m, falls of the best {100.0 * falls:.0f} %, {speed:.2f} m/s, step {strategy.sigma:.3f}, {runs} runs"
-                print(f"{done}, {rest}", file=sys.stderr, flush=True)
-            if falls < 0.1 and speed > _SOFTEN_M_S:
-                hold_nm = hold_nm * _SOFTER if hold_nm * _SOFTER >= _NO_SPRING_NM else 0.0
-        last = [*recent, middle + SCALE * strategy.mean]
-        last = [vector for vector in last if _is_allowed(plane, vector)]
-        trials = _trials(plane, drawn, LAST_SEEDS, hold_nm)
-        compared = list(pool.map(_tried, [(plane, vector, trials) for vector in last]))
-        runs += len(last) * len(trials)
+        try:
+            for generation in range(1, generations + 1):
+                numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
+                trials = _trials(plane, drawn, numbers, hold_nm)
+                points = strategy.ask()
+                vectors = [middle + SCALE * point for point in points]
+                allowed = [at for at, vector in enumerate(vectors) if _is_allowed(plane, vector)]
+                values = [10.0 + float(np.abs(point).sum()) for point in points]
+                results = pool.map(_tried, [(plane, vectors[at], trials) for at in allowed])
+                walks = {}
+                for at, (found, limited) in zip(allowed, results):
+                    values[at] = float(np.mean([cost(one, plane.seconds) for one in found])) + 2.0 * limited
+                    walks[at] = found
+                runs += len(allowed) * len(trials)
+                strategy.tell(points, values)
+                order = [at for at in np.argsort(values).tolist() if at in walks]
+                if order:
+                    recent = [*recent[-4:], vectors[order[0]]]
+                    least, of_least, spring_nm = values[order[0]], walks[order[0]], hold_nm
+                ended = generation
+                best = [one for at in order[:5] for one in walks[at]]
+                falls = float(np.mean([one.fallen for one in best])) if best else 1.0
+                speed = float(np.mean([one.metres for one in best])) / plane.seconds if best else 0.0
+                if progress:
+                    done = f"generation {generation} of {generations}: best {min(values):.3f}, median {np.median(values):.3f}"
+                    rest = f"spring {hold_nm:.2f} N m, falls of the best {100.0 * falls:.0f} %, {speed:.2f} m/s, step {strategy.sigma:.3f}, {runs} runs"
+                    print(f"{done}, {rest}", file=sys.stderr, flush=True)
+                if falls < 0.1 and speed > _SOFTEN_M_S:
+                    hold_nm = hold_nm * _SOFTER if hold_nm * _SOFTER >= _NO_SPRING_NM else 0.0
+            last = [*recent, middle + SCALE * strategy.mean]
+            last = [vector for vector in last if _is_allowed(plane, vector)]
+            trials = _trials(plane, drawn, LAST_SEEDS, hold_nm)
+            compared = list(pool.map(_tried, [(plane, vector, trials) for vector in last]))
+            runs += len(last) * len(trials)
+        except KeyboardInterrupt:
+            if not recent:
+                raise
+            gait, text = Gait.of_vector(recent[-1][:_NUMBERS_OF_GAIT]), with_park(plane.robot_text, recent[-1][_NUMBERS_OF_GAIT:].tolist())
+            return FoundInPlane(gait, text, least, sum(one.fallen for one in of_least), len(of_least), spring_nm, runs, ended, True)
     if not last:
         raise FootfallError("no candidate is allowed: park pose or stride time are at the edge of what is allowed; begin from another one")
     values = [float(np.mean([cost(one, plane.seconds) for one in found])) + 2.0 * limited for found, limited in compared]
     at = int(np.argmin(values))
     gait, text = Gait.of_vector(last[at][:_NUMBERS_OF_GAIT]), with_park(plane.robot_text, last[at][_NUMBERS_OF_GAIT:])
-    return FoundInPlane(gait, text, values[at], sum(one.fallen for one in compared[at][0]), len(trials), hold_nm, runs)
+    return FoundInPlane(gait, text, values[at], sum(one.fallen for one in compared[at][0]), len(trials), hold_nm, runs, generations)

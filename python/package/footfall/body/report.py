@@ -21,6 +21,7 @@ from .by_name import named_generator
 from .drivers import LoopDriver
 from .measures import fallen, hashes, measures, together
 from .model import STEP_S
+from .outputs import check_writable, show, write
 from .robots import named
 from .rollouts import Ride, outcomes
 from .seeds import variation
@@ -100,7 +101,7 @@ def one_run(row: Row, seed: int, step_s: float = STEP_S) -> Dict[str, Any]:
     if driver.stopped is not None:
         raise FootfallError(f"{row.options}, seed {seed}: the outputs went off: {driver.stopped}")
     found = measures(trace, fallen(body))
-    found.update(seed=seed, **hashes(trace))
+    found.update(seed=seed, limited_share=driver.limited_share, **hashes(trace))
     found["stall_share"] = max(found["motor_rms_nm"]) / body.servos[0].servo.stall_nm
     return found
 
@@ -240,6 +241,14 @@ def on_page(page: str) -> Dict[str, Tuple[float, str, str]]:
     return found
 
 
+def _with_files(rows: Sequence[Row]) -> None:
+    """Refuses lines whose gaits or robot files are not there, before the runs of the others."""
+    for row in rows:
+        for path in (row.given.gait, row.given.robot_file):
+            if path is not None and path.endswith(".toml") and not os.path.isfile(path):
+                raise InputError(f"{path}: no such file; `report` reads the gaits of the repository: run it in the folder of a clone that has README.md")
+
+
 def _write(path: str, lines: Sequence[str]) -> None:
     page = Path(path).read_text(encoding="utf-8")
     before, first, rest = page.partition(_MARKS[0])
@@ -247,7 +256,7 @@ def _write(path: str, lines: Sequence[str]) -> None:
     if not first or not last:
         raise InputError(f"{path}: no lines '{_MARKS[0]}' and '{_MARKS[1]}', between which the numbers stand")
     whole = "\n".join([before + first, "", *lines, "", last + after])
-    Path(path).write_text(whole, encoding="utf-8", newline="\n")
+    write({path: whole})
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -275,18 +284,22 @@ def main(arguments: Sequence[str]) -> int:
         if options.launches:
             if options.short or options.only or options.write:
                 raise InputError("--launches: it has no tables of the page; allowed without --short, --only and --write")
+            _with_files([Row(_FREE)])
             found_launches = launches()
-            print(json.dumps({"simulation": True, "launches": found_launches}) if options.json else "\n".join(_launch_lines(found_launches)), flush=True)
+            show(json.dumps({"simulation": True, "launches": found_launches}) if options.json else "\n".join(_launch_lines(found_launches)))
             return 0
         rows = [row for row in ROWS if options.only is None or options.only in row.options]
         if not rows:
             raise InputError(f"--only '{options.only}': no line has this in its options; they are {'; '.join(row.options for row in ROWS)}")
+        _with_files(rows)
+        if options.write:
+            check_writable("--write", options.write)
         say = (lambda _: None) if options.quiet else (lambda line: print(line, file=sys.stderr, flush=True))
         found = numbers(rows, short=options.short, jobs=options.jobs, say=say)
         lines = text(found)
         if options.write:
             _write(options.write, lines)
-        print(json.dumps(found) if options.json else "\n".join(lines), flush=True)
+        show(json.dumps(found) if options.json else "\n".join(lines))
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

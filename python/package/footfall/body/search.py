@@ -2,6 +2,7 @@
 
 import math
 import os
+import signal
 import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
@@ -89,7 +90,11 @@ def _tried(job: Tuple[Task, Any, int]) -> float:
 
 
 def _end_with_the_parent() -> None:
-    """Ends a process of the pool when the one that started it has been killed: it would wait for work for ever."""
+    """Ends a process of the pool when the one that started it has been killed: it would wait for work for ever.
+
+    The keyboard reaches every process: the one that started the search stops it, and the others finish their run.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
 
     def wait() -> None:
@@ -120,9 +125,13 @@ class Found:
     gait: Gait
     """Units in its names."""
     cost: float
-    """Mean over the seeds with which the candidates at the end were compared; no unit."""
+    """Mean over the seeds with which the candidates at the end were compared, or over those of the last generation; no unit."""
     runs: int
     """Simulated runs; no unit."""
+    generations: int
+    """Generations that ended; no unit."""
+    was_stopped: bool = False
+    """The keyboard stopped it: the gait is the best candidate of the last generation that ended. No unit."""
 
 
 def search(
@@ -131,7 +140,8 @@ def search(
     """Searches from a gait on; ``seeds`` robots for each candidate, new ones in each generation, so that no robot is learnt by heart.
 
     ``step``: the first standard deviation, as a factor (no unit) of 0.08 s and 2 to 4 deg. ``random``: the seed of the search; the same one gives the
-    same gait. At the end the middle of the distribution and the best candidates of the last generations are compared on 8 other robots.
+    same gait. At the end the middle of the distribution and the best candidates of the last generations are compared on 8 other robots. The keyboard
+    (``KeyboardInterrupt``) stops it with what it has, once a generation has ended.
     """
     strategy_of = evolution()
     # A wrong name or value is an error here, not in each process.
@@ -140,7 +150,7 @@ def search(
     strategy = strategy_of(np.zeros(len(middle)), step, {"popsize": candidates, "seed": random, "verbose": -9})
     drawn = np.random.default_rng(random)
     recent: List[Any] = []
-    runs = 0
+    runs, ended, least = 0, 0, math.inf
     with processes(jobs) as pool:
 
         def means(vectors: Sequence[Any], numbers: Sequence[int]) -> List[float]:
@@ -148,23 +158,28 @@ def search(
             costs = list(pool.map(_tried, work, chunksize=max(1, len(numbers) // 4)))
             return [float(np.mean(costs[at : at + len(numbers)])) for at in range(0, len(costs), len(numbers))]
 
-        for generation in range(1, generations + 1):
-            numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
-            points = strategy.ask()
-            vectors = [middle + _SCALE * point for point in points]
-            allowed = [vector for vector in vectors if within(Gait.of_vector(vector))]
-            costs = iter(means(allowed, numbers))
-            runs += len(allowed) * len(numbers)
-            values = [next(costs) if within(Gait.of_vector(vector)) else 10.0 + abs(math.log(max(vector[0], 1e-3))) for vector in vectors]
-            strategy.tell(points, values)
-            best = int(np.argmin(values))
-            recent = [*recent[-4:], vectors[best]]
-            if progress:
-                done = f"generation {generation} of {generations}: best {values[best]:.3f}, median {np.median(values):.3f}"
-                print(f"{done}, step {strategy.sigma:.3f}, {runs} runs", file=sys.stderr, flush=True)
-        last = [*recent, middle + _SCALE * strategy.result.xfavorite]
-        last = [vector for vector in last if within(Gait.of_vector(vector))]
-        values = means(last, list(LAST_SEEDS))
-        runs += len(last) * len(LAST_SEEDS)
+        try:
+            for generation in range(1, generations + 1):
+                numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
+                points = strategy.ask()
+                vectors = [middle + _SCALE * point for point in points]
+                allowed = [vector for vector in vectors if within(Gait.of_vector(vector))]
+                costs = iter(means(allowed, numbers))
+                runs += len(allowed) * len(numbers)
+                values = [next(costs) if within(Gait.of_vector(vector)) else 10.0 + abs(math.log(max(vector[0], 1e-3))) for vector in vectors]
+                strategy.tell(points, values)
+                best = int(np.argmin(values))
+                recent, least, ended = [*recent[-4:], vectors[best]], values[best], generation
+                if progress:
+                    done = f"generation {generation} of {generations}: best {values[best]:.3f}, median {np.median(values):.3f}"
+                    print(f"{done}, step {strategy.sigma:.3f}, {runs} runs", file=sys.stderr, flush=True)
+            last = [*recent, middle + _SCALE * strategy.result.xfavorite]
+            last = [vector for vector in last if within(Gait.of_vector(vector))]
+            values = means(last, list(LAST_SEEDS))
+            runs += len(last) * len(LAST_SEEDS)
+        except KeyboardInterrupt:
+            if not recent or not within(Gait.of_vector(recent[-1])):
+                raise
+            return Found(Gait.of_vector(recent[-1]), least, runs, ended, True)
     best = int(np.argmin(values))
-    return Found(Gait.of_vector(last[best]), values[best], runs)
+    return Found(Gait.of_vector(last[best]), values[best], runs, generations)

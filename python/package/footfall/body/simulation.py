@@ -53,6 +53,8 @@ class Trace:
     """Widths of the servo frames, shape (frames, 4), us."""
     mass_kg: float
     """Of this body, kg."""
+    slope_deg: float = 0.0
+    """Of the floor, upwards; lengths and angles of the trace are those of the floor, deg."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ class Body:
         self.servos: List[_Mounted] = []
         for place, joint in enumerate(JOINTS):
             self.servos.append(mounted(name, volts, maps[joint], variation, math.radians(variation.trim_deg[place])))
-        self.robot, self.rig, self.step_s = robot, rig, step_s
+        self.robot, self.rig, self.step_s, self.slope_deg = robot, rig, step_s, variation.slope_deg
         first = self.servos[0].servo
         self._friction_nm, self._rotor = first.friction_nm, first.rotor_kg_m2
         self.text = mjcf(robot, rig, maps, variation=variation, rotor_kg_m2=self._rotor, friction_nm=self._friction_nm, step_s=step_s)
@@ -195,6 +197,26 @@ class Body:
         return at.get("x", 0.0), at.get("z", 0.0), at.get("pitch", self._held_lean)
 
 
+#: Pulses at which two servo maps are compared, us; maps are straight lines, and angles that differ by less are equal, deg.
+_COMPARED_US, _SAME_DEG = (1000.0, 2000.0), 0.01
+
+
+def _same_maps(body: Body, driver: Driver) -> None:
+    """Refuses a driver whose pulses the servos of the body would take for other angles."""
+    joint_angles = getattr(driver, "joint_angles", None)
+    if joint_angles is None:
+        return
+    sent = np.degrees(joint_angles([[us] * len(JOINTS) for us in _COMPARED_US])).T.tolist()
+    for joint, servo, asked in zip(JOINTS, body.servos, sent):
+        done = [math.degrees(servo.target(us)) for us in _COMPARED_US]
+        if max(abs(one - other) for one, other in zip(asked, done)) > _SAME_DEG:
+            least, most = (f"{us:g} us" for us in _COMPARED_US)
+            raise InputError(
+                f"servo map of {joint}: in the control loop {least} is {asked[0]:.2f} deg and {most} is {asked[1]:.2f} deg, on the body {done[0]:.2f} and "
+                f"{done[1]:.2f} deg; allowed is one map for both: --robot-file, or `robot_file` of Body, of the robot whose file or record the loop has"
+            )
+
+
 def run(
     body: Body,
     driver: Driver,
@@ -218,6 +240,9 @@ def run(
     substeps = round(0.001 / body.step_s)
     if substeps < 1 or abs(substeps * body.step_s - 0.001) > 1e-12:
         raise InputError(f"step_s = {body.step_s}: allowed is a whole part of 0.001 s, the control period")
+    if body.data.time > 0.0:
+        raise InputError("the body has moved already, and would go on from there; allowed is a new Body for each run")
+    _same_maps(body, driver)
     volts = Sensors(sensors, seed)
     columns: List[List[Any]] = [[] for _ in range(8)]
     pulses: List[Tuple[float, ...]] = []
@@ -253,6 +278,7 @@ def run(
     trunk, angles, speeds, goals, motors, outputs, loads, slides = (np.array(column, dtype=np.float64) for column in columns)
     times_s = (np.arange(len(trunk)) + 1) / 1000.0
     mass = float(body.model.body_mass.sum())
+    widths = np.array(pulses, dtype=np.float64)
     return Trace(
-        body.robot, body.rig, times_s, trunk, angles, speeds, goals, motors, outputs, loads, slides, np.array(pulses, dtype=np.float64), mass
+        body.robot, body.rig, times_s, trunk, angles, speeds, goals, motors, outputs, loads, slides, widths, mass, slope_deg=body.slope_deg
     )

@@ -84,6 +84,8 @@ def table(found: List[Dict[str, Any]]) -> List[str]:
             else:
                 cells += f"{100.0 * min(servo['within_share']):10.1f}"
             lines.append(cells)
+        if one["walks_why_not"]:
+            lines.append(f"{'':{width}}none is enough: the gate limits {100.0 * one['limited_share']:.1f} % of the control periods, {one['walks_why_not']}")
     return lines
 
 

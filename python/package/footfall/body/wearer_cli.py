@@ -16,6 +16,7 @@ from .. import JOINTS, Generator, Servo, servos
 from .._errors import FootfallError, InputError
 from . import faults, picture, wearer
 from .cuff import CUFFS_NM_RAD, LEVER_M, Supply, Worn, wear
+from .outputs import check_writable, show
 from .recorded import RECORDING, Person
 from .wearer import EVENT_AT_S, OF_THE_WALK, BoardRun, Event, Pulses
 
@@ -112,8 +113,10 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError("--faults: it runs the faults of a file; --event and --picture are allowed without it")
     if (options.only or options.every != 1) and not options.faults:
         raise InputError("--only and --every choose faults: allowed with --faults")
-    if options.picture is not None and not os.path.isdir(os.path.dirname(os.path.abspath(options.picture))):
-        raise InputError(f"--picture {options.picture}: its folder does not exist; make it first")
+    if options.picture is not None:
+        check_writable("--picture", options.picture)
+    if options.recording == RECORDING and not os.path.isfile(RECORDING):
+        raise InputError(f"{RECORDING}: no such file; it is the recording of the repository: run `worn` in the folder of a clone that has README.md, or give --recording FILE")
     wearer.readable(options.recording)
 
 
@@ -304,7 +307,7 @@ def main(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
         _check(options)
-        print(_faults(options) if options.faults else _events(options), flush=True)
+        show(_faults(options) if options.faults else _events(options))
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
