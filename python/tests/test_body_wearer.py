@@ -235,7 +235,6 @@ def test_the_command_prints_a_table_and_draws(tmp_path: Path) -> None:
         (["--faults", "tests/campaign/faults.toml"], "allowed with --elf"),
         (["--elf", "firmware.elf"], "--elf needs --robot-record"),
         (["--follower", "samples/generator.toml", "--event", "steady"], "follows nobody"),
-        (["--picture", "no/folder/worn.png"], "folder"),
         (["--recording", "samples/rows.csv"], "rows.csv"),
     ],
 )
