@@ -2,7 +2,8 @@
 
 use generator_file::robot_file::RobotFile;
 use joint_units::{Joint, Period};
-use pyo3::PyResult;
+use pyo3::exceptions::PyOverflowError;
+use pyo3::prelude::*;
 use std::path::Path;
 
 use crate::error;
@@ -34,8 +35,37 @@ pub(crate) fn within(argument: &str, value: f64, least: f64, most: f64, unit: &s
     }
 }
 
+/// A whole number of Python. One that has more than 128 bits is the end of their range, which no argument allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Whole(pub(crate) i128);
+
+impl<'py> FromPyObject<'_, 'py> for Whole {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        integer(&value).map(Self)
+    }
+}
+
+impl From<Whole> for i128 {
+    fn from(Whole(value): Whole) -> Self {
+        value
+    }
+}
+
+/// The same, for an argument with a default.
+pub(crate) fn integer(value: &Bound<'_, PyAny>) -> PyResult<i128> {
+    match value.extract::<i128>() {
+        Err(wrong) if wrong.is_instance_of::<PyOverflowError>(value.py()) => {
+            Ok(if value.lt(0)? { i128::MIN } else { i128::MAX })
+        }
+        found => found,
+    }
+}
+
 /// A whole number within a range.
-pub(crate) fn whole(argument: &str, value: i64, least: u64, most: u64) -> PyResult<u64> {
+pub(crate) fn whole(argument: &str, value: impl Into<i128>, least: u64, most: u64) -> PyResult<u64> {
+    let value = value.into();
     let found = u64::try_from(value).ok().filter(|value| (least..=most).contains(value));
     found.ok_or_else(|| error::input(format!("{argument} = {value}: allowed is {least} to {most}")))
 }

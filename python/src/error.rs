@@ -15,9 +15,29 @@ use pyo3::PyErr;
 pyo3::import_exception!(footfall._errors, FootfallError);
 pyo3::import_exception!(footfall._errors, InputError);
 
+/// Options of the program that its errors name, and what Python has for them.
+const OPTIONS: [(&str, &str); 9] = [
+    ("--axis", "axis"),
+    ("--calibration", "calibration"),
+    ("--knee-sign", "knee_sign"),
+    ("--map", "columns"),
+    ("--rate", "rate_hz"),
+    ("--stride-time", "stride_s"),
+    ("--topic", "topic"),
+    ("--unit", "unit"),
+    ("--where", "only"),
+];
+
+/// The words of the program, and which arguments its options are in Python.
+fn in_python(text: String) -> String {
+    let named = OPTIONS.into_iter().filter(|(option, _)| text.contains(option));
+    let named: Vec<String> = named.map(|(option, argument)| format!("{option} is {argument}")).collect();
+    if named.is_empty() { text } else { format!("{text} (arguments in Python: {})", named.join(", ")) }
+}
+
 /// A wrong value, or the wrong content of a file.
 pub(crate) fn input(error: impl Display) -> PyErr {
-    InputError::new_err(error.to_string())
+    InputError::new_err(in_python(error.to_string()))
 }
 
 /// A correct input without a result.
@@ -41,8 +61,8 @@ pub(crate) fn trace(error: &TraceError) -> PyErr {
 /// Why a command of the program `footfall` would have failed.
 pub(crate) fn failure(failure: Failure) -> PyErr {
     match failure {
-        Failure::Input(text) => InputError::new_err(text),
-        Failure::Run(text) => FootfallError::new_err(text),
+        Failure::Input(text) => input(text),
+        Failure::Run(text) => FootfallError::new_err(in_python(text)),
     }
 }
 

@@ -11,10 +11,11 @@ use joint_units::{Joint, Period};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 
+use crate::arguments::Whole;
 use crate::certificate::Certificate;
 use crate::generator::Generator;
 use crate::recording::{Asked, LowPassArgument, Recording, findings};
-use crate::{arguments, arrays, error};
+use crate::{arguments, arrays, error, interrupt};
 
 /// A generator fitted to a recording: parameters, errors per joint (deg), strides (rad), certificate.
 ///
@@ -29,6 +30,15 @@ impl Fit {
     fn errors<'py>(&self, py: Python<'py>, error: impl Fn(&JointFit) -> Option<f64>) -> Option<Bound<'py, PyAny>> {
         let errors: Option<Vec<f64>> = self.fitted.joints.iter().map(error).collect();
         errors.map(|errors| arrays::column(py, errors))
+    }
+
+    /// The arguments that change that the generator is not used, and what they do.
+    fn remedy(&self) -> &'static str {
+        match (&self.fitted.refused, self.fitted.certificate.drive.walks) {
+            (Some(_), _) => "kind='shape' fits another kind, seed and evaluations search elsewhere",
+            (None, true) => "follow or events chooses another sensor or its events",
+            (None, false) => "fit_limits=True fits it into the limits",
+        }
     }
 }
 
@@ -50,8 +60,17 @@ impl Fit {
         self.fitted.file.to_toml()
     }
 
-    /// Writes the generator file (TOML; angles in degrees, times in s), also where it is refused.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
+    /// Writes the generator file (TOML; angles in degrees, times in s).
+    ///
+    /// Where ``not_used_because`` says why the program would not write it, it raises ``FootfallError`` and writes nothing; ``force=True`` writes it as it is.
+    #[pyo3(signature = (path, *, force = false))]
+    fn save(&self, path: PathBuf, force: bool) -> PyResult<()> {
+        if let Some(why) = self.fitted.not_used_because().filter(|_| !force) {
+            return Err(error::run(format!(
+                "{why}; no generator is written; {}, force=True writes it as it is",
+                self.remedy()
+            )));
+        }
         error::write(&path, &self.fitted.file.to_toml())
     }
 
@@ -186,7 +205,8 @@ impl Fit {
 /// ``harmonics``: of the shape, 1 to 8. ``follow``: the joint with the gait sensor, for a follower. ``events``: stride events that the follower
 /// uses, ``none``, ``peak`` or ``foot_switch``. ``low_pass``, ``knee_sign`` and ``stride_s`` (s): see ``Recording.condition``. ``robot``: a
 /// robot file. ``fit_limits``: scale and shift the joints into the limits of the robot. ``seed`` and ``evaluations``: of the search for
-/// the thesis' parameters. ``starts``: random starts of the certificate.
+/// the thesis' parameters. ``starts``: random starts of the certificate. An interrupt (Ctrl-C) ends it within about 50 ms and changes nothing; its
+/// computation ends with its stage.
 #[pyfunction]
 #[pyo3(signature = (recording, *, kind = "shape", harmonics = None, follow = None, events = "none", corrections = true,
     low_pass = LowPassArgument::Name("customary".into()), knee_sign = None, stride_s = None, robot = None, fit_limits = false, seed = 1,
@@ -196,7 +216,7 @@ pub(crate) fn fit(
     py: Python<'_>,
     recording: &Bound<'_, PyAny>,
     kind: &str,
-    harmonics: Option<i64>,
+    harmonics: Option<Whole>,
     follow: Option<&str>,
     events: &str,
     corrections: bool,
@@ -205,9 +225,9 @@ pub(crate) fn fit(
     stride_s: Option<f64>,
     robot: Option<PathBuf>,
     fit_limits: bool,
-    seed: u64,
-    evaluations: i64,
-    starts: i64,
+    #[pyo3(from_py_with = arguments::integer)] seed: i128,
+    #[pyo3(from_py_with = arguments::integer)] evaluations: i128,
+    #[pyo3(from_py_with = arguments::integer)] starts: i128,
 ) -> PyResult<Fit> {
     let kind = arguments::one_of("kind", kind, Kind::ALL, Kind::name)?;
     let for_shape = [("harmonics", harmonics.is_some()), ("follow", follow.is_some())];
@@ -241,7 +261,7 @@ pub(crate) fn fit(
     let settings = Settings {
         generator: kind,
         harmonics: harmonics.map(|count| count as usize),
-        seed,
+        seed: arguments::whole("seed", seed, 0, u64::MAX)?,
         evaluations: arguments::whole("evaluations", evaluations, 1_000, 100_000_000)? as usize,
         starts: arguments::whole("starts", starts, 1, 100_000)? as u32,
         rules,
@@ -258,7 +278,9 @@ pub(crate) fn fit(
         name: name.unwrap_or_else(|| recording.recorded.name.clone()),
         sha256: recording.recorded.sha256.clone(),
     };
-    let mut fitted = py.detach(|| gait::fit(&source, raw, &settings, &mut |_| ())).map_err(error::input)?;
+    let raw = raw.clone();
+    let fitted = interrupt::beside(py, move |stage| gait::fit(&source, &raw, &settings, stage))?;
+    let mut fitted = fitted.map_err(error::input)?;
     fitted.notes.extend(note);
     arrays::result(py, "_warn", (findings(py, &fitted.conditioned.findings)?,))?;
     Ok(Fit { fitted })

@@ -2,7 +2,6 @@
 
 use joint_loop::GateState;
 use joint_units::{Joint, Period, Radians};
-use numpy::{AllowTypeChange, PyArrayLike2};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -35,21 +34,21 @@ impl Gate {
     fn limit<'py>(
         &mut self,
         py: Python<'py>,
-        targets_rad: PyArrayLike2<'py, f64, AllowTypeChange>,
+        targets_rad: &Bound<'py, PyAny>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let targets = targets_rad.as_array();
-        if targets.ncols() != Joint::COUNT {
+        let targets = arrays::given("targets_rad", targets_rad, Some("4"))?;
+        let (rows, columns) = targets.shape;
+        if columns != Joint::COUNT {
             return Err(error::input(format!(
-                "targets_rad has {} columns: allowed is {}",
-                targets.ncols(),
+                "targets_rad has the shape ({rows}, {columns}): allowed is (n, {}), a column for each joint",
                 Joint::COUNT
             )));
         }
-        let (mut setpoints, mut limited) = (Vec::with_capacity(targets.len()), Vec::with_capacity(targets.nrows()));
+        let (mut setpoints, mut limited) = (Vec::with_capacity(targets.values.len()), Vec::with_capacity(rows));
         let mut state = self.state;
-        for (row, target) in targets.rows().into_iter().enumerate() {
+        for row in 0..rows {
             let mut pose = [Radians(0.0); Joint::COUNT];
-            pose.iter_mut().zip(target).for_each(|(angle, value)| *angle = Radians(*value as f32));
+            pose.iter_mut().zip(targets.row(row)).for_each(|(angle, value)| *angle = Radians(*value as f32));
             let (found, status) = self.gate.limit(&mut state, pose).map_err(|wrong| {
                 error::input(format!(
                     "targets_rad of row {row}, {}: allowed is a finite number of radians",

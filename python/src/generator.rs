@@ -6,11 +6,12 @@ use generator_file::file::GeneratorFile;
 use generator_file::network_file::{HostGenerator, JOINTS, NetworkFile};
 use joint_loop::GeneratorConfig;
 use joint_units::{Joint, Period, Radians};
-use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use std::path::PathBuf;
 
+use crate::arguments::Whole;
+use crate::interrupt::Interrupts;
 use crate::stepped::{self, Stepped};
 use crate::tracking::{Statuses, cycles, names, status};
 use crate::{arguments, arrays, error};
@@ -60,7 +61,7 @@ impl Definition {
 pub(crate) struct Generator {
     pub(crate) definition: Definition,
     built: Box<dyn Stepped>,
-    period: Period,
+    pub(crate) period: Period,
     /// Steps since the start.
     steps: u64,
     /// It was given measurements since its start.
@@ -87,7 +88,7 @@ impl Generator {
     }
 
     /// Rows of a run of so many seconds, and the steps between two of them.
-    fn rows(&self, seconds: f64, every: i64) -> PyResult<(u64, u64)> {
+    fn rows(&self, seconds: f64, every: i128) -> PyResult<(u64, u64)> {
         let most = MOST_STEPS * f64::from(self.period.micros()) * 1e-6;
         let seconds = arguments::within("seconds", seconds, 0.0, most, " s")?;
         let every = arguments::whole("every", every, 1, MOST_STEPS as u64)?;
@@ -183,7 +184,7 @@ impl Generator {
 
     /// Control period, s.
     #[getter]
-    fn period_s(&self) -> f64 {
+    pub(crate) fn period_s(&self) -> f64 {
         self.seconds(1)
     }
 
@@ -245,14 +246,20 @@ impl Generator {
         }
     }
 
-    /// Advances by so many control periods (of ``period_s`` s each).
+    /// Advances by so many control periods (of ``period_s`` s each). An interrupt (Ctrl-C) ends it within about 50 ms, at the step that it has reached.
     #[pyo3(signature = (count = 1))]
-    fn step(&mut self, py: Python<'_>, count: i64) -> PyResult<()> {
+    fn step(&mut self, py: Python<'_>, #[pyo3(from_py_with = arguments::integer)] count: i128) -> PyResult<()> {
         let count = arguments::whole("count", count, 0, MOST_STEPS as u64)?;
-        let built = &mut self.built;
-        py.detach(|| (0..count).for_each(|_| built.step()));
-        self.steps += count;
-        Ok(())
+        let (built, steps) = (&mut self.built, &mut self.steps);
+        py.detach(|| {
+            let mut interrupts = Interrupts::new();
+            for _ in 0..count {
+                built.step();
+                *steps += 1;
+                interrupts.check()?;
+            }
+            Ok(())
+        })
     }
 
     /// Returns to the start: time 0 s.
@@ -268,25 +275,37 @@ impl Generator {
 
     /// Steps for so many seconds and returns a ``Motion``: times (s), angles (rad), rates (rad/s) and phase (cycles), one row every ``every`` steps.
     ///
-    /// The first row is that after the first ``every`` steps, and the next run continues where this one ends.
+    /// The first row is that after the first ``every`` steps, and the next run continues where this one ends. An interrupt (Ctrl-C) ends it within about
+    /// 50 ms, without a ``Motion``: the generator stands at the step that it has reached, and ``time_s`` says which; ``reset()`` goes back to the start.
     #[pyo3(signature = (seconds, *, every = 1))]
-    fn run<'py>(&mut self, py: Python<'py>, seconds: f64, every: i64) -> PyResult<Bound<'py, PyAny>> {
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        seconds: f64,
+        #[pyo3(from_py_with = arguments::integer)] every: i128,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let start = self.steps;
         let (rows, every) = self.rows(seconds, every)?;
         let width = self.built.joints();
         let capacity = rows as usize * width;
         let (mut angles, mut rates) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
         let mut phases = Vec::with_capacity(rows as usize);
-        let built = &mut self.built;
+        let (built, steps) = (&mut self.built, &mut self.steps);
         py.detach(|| {
+            let mut interrupts = Interrupts::new();
             for _ in 0..rows {
-                (0..every).for_each(|_| built.step());
+                for _ in 0..every {
+                    built.step();
+                    *steps += 1;
+                    interrupts.check()?;
+                }
                 built.angles(&mut angles);
                 built.rates(&mut rates);
                 phases.push(cycles(built.phase()));
             }
-        });
-        let times = (1..=rows).map(|row| self.seconds(self.steps + row * every)).collect();
-        self.steps += rows * every;
+            Ok::<_, PyErr>(())
+        })?;
+        let times = (1..=rows).map(|row| self.seconds(start + row * every)).collect();
         let (angles, rates) = (arrays::table(py, angles, width)?, arrays::table(py, rates, width)?);
         arrays::result(
             py,
@@ -318,32 +337,40 @@ impl Generator {
     /// Feeds a follower one measured angle (rad) a control period, shape (n,), and returns a ``Following``: phase (cycles), stride time (s),
     /// stride frequency (Hz), state, fault, confidence and the joints' angles (rad) over time (s).
     ///
-    /// NaN is a sample that is not valid. ``heel_strikes``: rows at which the foot switch closed.
+    /// NaN is a sample that is not valid. ``heel_strikes``: rows at which the foot switch closed. An interrupt (Ctrl-C) ends it within about 50 ms, without
+    /// a ``Following``: the follower stands behind the last sample that it took, and ``time_s`` says which.
     #[pyo3(signature = (angles_rad, *, heel_strikes = None))]
     fn follow<'py>(
         &mut self,
         py: Python<'py>,
-        angles_rad: PyArrayLike1<'py, f64, AllowTypeChange>,
-        heel_strikes: Option<Vec<usize>>,
+        angles_rad: &Bound<'py, PyAny>,
+        heel_strikes: Option<Vec<Whole>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let samples: Vec<f64> = angles_rad.as_array().to_vec();
+        let samples = arrays::given("angles_rad", angles_rad, None)?.values;
         if let Some(row) = samples.iter().position(|angle| angle.is_infinite()) {
             return Err(error::input(format!(
                 "angles_rad[{row}] is infinite; allowed are finite angles in radians, and NaN for no sample"
             )));
         }
         let strikes = heel_strikes.unwrap_or_default();
-        if let Some(row) = strikes.iter().find(|row| **row >= samples.len()) {
-            return Err(error::input(format!(
-                "heel_strikes has row {row}: allowed is 0 to {}",
-                samples.len().saturating_sub(1)
-            )));
-        }
-        let follower = self.follower()?;
-        let (mut angles, mut phases, mut statuses) = (Vec::new(), Vec::new(), Statuses::default());
         let mut is_strike = vec![false; samples.len()];
-        strikes.iter().for_each(|row| is_strike[*row] = true);
+        for Whole(row) in strikes {
+            let place = usize::try_from(row).ok().and_then(|row| is_strike.get_mut(row));
+            *place.ok_or_else(|| {
+                error::input(format!(
+                    "heel_strikes has row {row}: allowed are the rows of angles_rad, from 0 to below {}",
+                    samples.len()
+                ))
+            })? = true;
+        }
+        let start = self.steps;
+        self.follower()?;
+        self.observed = true;
+        let steps = &mut self.steps;
+        let Some(follower) = self.built.of_board() else { return Err(error::input("no generator of a board")) };
+        let (mut angles, mut phases, mut statuses) = (Vec::new(), Vec::new(), Statuses::default());
         py.detach(|| {
+            let mut interrupts = Interrupts::new();
             for (sample, is_strike) in samples.iter().zip(is_strike) {
                 follower.observe((!sample.is_nan()).then_some(Radians(*sample as f32)));
                 if is_strike {
@@ -353,10 +380,12 @@ impl Generator {
                 Stepped::angles(follower, &mut angles);
                 phases.push(cycles(Stepped::phase(follower)));
                 statuses.extend(follower.follow_status());
+                *steps += 1;
+                interrupts.check()?;
             }
-        });
-        let times = (1..=samples.len() as u64).map(|row| self.seconds(self.steps + row)).collect();
-        (self.steps, self.observed) = (self.steps + samples.len() as u64, true);
+            Ok::<_, PyErr>(())
+        })?;
+        let times = (1..=samples.len() as u64).map(|row| self.seconds(start + row)).collect();
         let [state, fault, phase_error, stride_s, confidence] = statuses.columns(py);
         let (states, faults) = names();
         let angles = arrays::table(py, angles, Joint::COUNT)?;

@@ -8,18 +8,22 @@ use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{BoardLoop, board_loop};
 use joint_loop::tuning::Request;
 use joint_loop::{BoardFaults, Cause, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
-use joint_units::{AdcCode, Joint, Volts};
-use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
+use joint_units::{AdcCode, Joint, Period, Volts};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use crate::arguments::Whole;
 use crate::generator::Generator;
+use crate::interrupt::Interrupts;
 use crate::{arguments, arrays, error, tracking};
 
 /// Whether a debugger is attached, in the order of the numbers of ``run``.
 const DEBUGGERS: [(&str, Debugger); 3] =
     [("absent", Debugger::Absent), ("attached", Debugger::Attached), ("refused", Debugger::Refused)];
+
+/// Least and highest supply of the boards' chips, V.
+const SUPPLY_V: [f64; 2] = [1.8, 3.6];
 
 /// Names of the faults that a board reports.
 const FAULTS: [(&str, BoardFaults); 5] = [
@@ -84,7 +88,7 @@ impl Frames {
 /// (``faults=['break_input']`` for some ticks, then none), then a hold of the button of 0.5 s
 /// arms. ``generator``: the default walk if it is not given. ``sensors``: list of pairs of a joint and its sensor file, or ``None`` for the
 /// published curve, in the order of the channels. ``robot``: a robot file. ``vrefint_cal``: factory code of the chip's reference.
-/// ``min_supply_v``: V. ``sensor_required``: move only while the sensors are good.
+/// ``min_supply_v``: V, 1.8 to 3.6. ``sensor_required``: move only while the sensors are good.
 #[pyclass(module = "footfall")]
 pub(crate) struct JointLoop {
     joints: BoardLoop,
@@ -102,26 +106,68 @@ impl JointLoop {
     }
 }
 
-fn code(name: &str, value: i64) -> PyResult<AdcCode> {
-    let code = u16::try_from(value).ok().filter(|code| *code <= AdcCode::MAX.0);
-    code.map(AdcCode).ok_or_else(|| error::input(format!("{name} = {value}: allowed is 0 to {}", AdcCode::MAX.0)))
+fn code(name: &str, value: impl Into<i128>) -> PyResult<AdcCode> {
+    Ok(AdcCode(arguments::whole(name, value, 0, AdcCode::MAX.0.into())? as u16))
 }
 
-/// The first codes, zeros behind them.
-fn codes(values: impl ExactSizeIterator<Item = i64>) -> PyResult<[AdcCode; SENSORS]> {
-    if values.len() > SENSORS {
-        return Err(error::input(format!("codes has {} channels: allowed is up to {SENSORS}", values.len())));
-    }
+/// The codes of the channels that have a sensor; the board's program reads no others.
+fn codes<T: Into<i128> + Copy>(values: &[T]) -> PyResult<[AdcCode; SENSORS]> {
     let mut found = [AdcCode(0); SENSORS];
     for (place, value) in found.iter_mut().zip(values) {
-        *place = code("codes", value)?;
+        *place = code("codes", *value)?;
     }
     Ok(found)
 }
 
 /// A measurement of the clock of the watchdog.
-fn hertz(value: i64) -> PyResult<WatchdogHz> {
+fn hertz(value: Whole) -> PyResult<WatchdogHz> {
     Ok(WatchdogHz(arguments::whole("watchdog_hz", value, 0, u32::MAX.into())? as u32))
+}
+
+/// An argument of ``run``, whole numbers within a range; `row` and `column` of the wrong one are in the error.
+fn numbers(name: &str, given: &arrays::Given, least: u16, most: u16) -> PyResult<Vec<u16>> {
+    let is_allowed = |value: &f64| value.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(value);
+    if let Some(place) = given.values.iter().position(|value| !is_allowed(value)) {
+        let (row, column, value) = (place / given.shape.1, place % given.shape.1, given.values[place]);
+        let at = if given.shape.1 == 1 { format!("{row}") } else { format!("{row}, {column}") };
+        return Err(error::input(format!("{name}[{at}] = {value}: allowed is a whole number from {least} to {most}")));
+    }
+    Ok(given.values.iter().map(|value| *value as u16).collect())
+}
+
+/// A column of ``run``: one whole number a row, `default` in each where it is not given.
+fn column(
+    name: &str,
+    value: Option<&Bound<'_, PyAny>>,
+    rows: usize,
+    default: u16,
+    (least, most): (u16, u16),
+) -> PyResult<Vec<u16>> {
+    let Some(value) = value else { return Ok(vec![default; rows]) };
+    let given = arrays::given(name, value, None)?;
+    let found = given.shape.0;
+    if found != rows {
+        return Err(error::input(format!(
+            "{name} has the shape ({found},): allowed is ({rows},), a value for each row of codes"
+        )));
+    }
+    numbers(name, &given, least, most)
+}
+
+/// A column of flags: booleans, 0 or 1; false where it is not given.
+fn flags(name: &str, value: Option<&Bound<'_, PyAny>>, rows: usize) -> PyResult<Vec<bool>> {
+    Ok(column(name, value, rows, 0, (0, 1))?.into_iter().map(|flag| flag == 1).collect())
+}
+
+/// A dictionary from rows to values, whose rows are some of those of ``codes``.
+fn by_row<T>(name: &str, given: Option<BTreeMap<Whole, T>>, rows: usize) -> PyResult<BTreeMap<usize, T>> {
+    let row = |Whole(row): Whole| {
+        let found = usize::try_from(row).ok().filter(|row| *row < rows);
+        found.ok_or_else(|| {
+            error::input(format!("{name} has row {row}: allowed are the rows of codes, from 0 to below {rows}"))
+        })
+    };
+    given.unwrap_or_default().into_iter().map(|(key, value)| Ok((row(key)?, value))).collect()
 }
 
 fn faults(names: &[String]) -> PyResult<BoardFaults> {
@@ -151,33 +197,30 @@ fn frame<'py>(py: Python<'py>, frame: &Frame<SENSORS>) -> PyResult<Bound<'py, Py
     arrays::result(py, "Tick", fields)
 }
 
-/// A column of flags, or none of them.
-type Flags<'py> = Option<PyArrayLike1<'py, bool, AllowTypeChange>>;
-
-/// The flag of a row; a column that was not given is false.
-fn flags(name: &str, column: &Flags<'_>, rows: usize) -> PyResult<Vec<bool>> {
-    let Some(column) = column else { return Ok(vec![false; rows]) };
-    let column = column.as_array();
-    if column.len() == rows { Ok(column.to_vec()) } else { Err(wrong_length(name, column.len(), rows)) }
-}
-
-fn wrong_length(name: &str, found: usize, rows: usize) -> PyErr {
-    error::input(format!("{name} has {found} rows: allowed is {rows}, as codes has"))
-}
-
 #[pymethods]
 impl JointLoop {
     #[new]
-    #[pyo3(signature = (generator = None, *, sensors = None, robot = None, vrefint_cal = TYPICAL_VREFINT_CAL.0,
+    #[pyo3(signature = (generator = None, *, sensors = None, robot = None, vrefint_cal = TYPICAL_VREFINT_CAL.0.into(),
         min_supply_v = None, sensor_required = true))]
     fn build(
         generator: Option<PyRef<'_, Generator>>,
         sensors: Option<Vec<(String, Option<PathBuf>)>>,
         robot: Option<PathBuf>,
-        vrefint_cal: u16,
-        min_supply_v: Option<f32>,
+        #[pyo3(from_py_with = arguments::integer)] vrefint_cal: i128,
+        min_supply_v: Option<f64>,
         sensor_required: bool,
     ) -> PyResult<Self> {
+        if let Some(period_s) =
+            generator.as_ref().filter(|generator| generator.period != Period::MILLISECOND).map(|it| it.period_s())
+        {
+            return Err(error::input(format!(
+                "generator has a control period of {period_s} s: allowed is 0.001 s, that of the boards; make it with period_s=0.001"
+            )));
+        }
+        let vrefint_cal = arguments::whole("vrefint_cal", vrefint_cal, 1, AdcCode::MAX.0.into())? as u16;
+        let [least, most] = SUPPLY_V;
+        let min_supply_v =
+            min_supply_v.map(|volts| arguments::within("min_supply_v", volts, least, most, " V")).transpose()?;
         let generator = generator.map(|generator| {
             generator.definition.config().ok_or_else(|| {
                 error::input("a board cannot run this generator; allowed are generators of files, of fits and of Generator.default with four joints")
@@ -194,7 +237,7 @@ impl JointLoop {
         let robot = arguments::robot(robot.as_deref())?.robot;
         let parameters = Parameters::with_defaults(generator.transpose()?, sensors.transpose()?, robot);
         let parameters = parameters.map_err(error::input)?;
-        let min_supply = robot.min_supply_on(min_supply_v.map_or(TYPICAL_MIN_SUPPLY, Volts));
+        let min_supply = robot.min_supply_on(min_supply_v.map_or(TYPICAL_MIN_SUPPLY, |volts| Volts(volts as f32)));
         let joints =
             board_loop(&parameters, AdcCode(vrefint_cal), min_supply, sensor_required).map_err(error::input)?;
         Ok(Self::new(joints, parameters.sensors.count()))
@@ -202,7 +245,7 @@ impl JointLoop {
 
     /// Takes the sample of one tick and returns its ``Tick``: setpoints (rad), pulses (us; 0 while the outputs are off), state, cause, hash.
     ///
-    /// ``codes``: raw code of each sensor channel, 0 to 4095. ``vrefint``: raw code of the chip's reference. ``button``, ``foot``: levels of the
+    /// ``codes``: raw code of each channel that has a sensor, 0 to 4095. ``vrefint``: raw code of the chip's reference. ``button``, ``foot``: levels of the
     /// switches. ``late``: the tick began too late. ``faults``: names of faults that the board found: ``adc_overrun``, ``break_input``,
     /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``watchdog_hz``: a new
     /// measurement of the
@@ -214,21 +257,25 @@ impl JointLoop {
     fn tick<'py>(
         &mut self,
         py: Python<'py>,
-        codes: Vec<i64>,
-        vrefint: i64,
+        codes: Vec<Whole>,
+        vrefint: Whole,
         button: bool,
         foot: bool,
         late: bool,
         faults: Vec<String>,
-        elapsed: i64,
-        watchdog_hz: Option<i64>,
+        #[pyo3(from_py_with = arguments::integer)] elapsed: i128,
+        watchdog_hz: Option<Whole>,
         debugger: &str,
         program_unproven: bool,
         request: Option<&str>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        if codes.len() != self.channels {
+            let (found, allowed) = (codes.len(), self.channels);
+            return Err(error::input(format!("codes has {found} channels: allowed is {allowed}, one for each sensor")));
+        }
         let sample = Sample {
             elapsed: arguments::whole("elapsed", elapsed, 1, MAX_ELAPSED.into())? as u32,
-            codes: self::codes(codes.into_iter())?,
+            codes: self::codes(&codes)?,
             vrefint: code("vrefint", vrefint)?,
             button,
             foot,
@@ -245,8 +292,10 @@ impl JointLoop {
 
     /// Takes one sample a row and returns ``Ticks``: columns of shape (n,) or (n, 4), setpoints in rad, pulses in us.
     ///
-    /// ``codes``: shape (n, channels). ``vrefint``: shape (n,). ``button``, ``foot``, ``late``: booleans, shape (n,). ``fault_bits``: shape (n,),
-    /// bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,).
+    /// An interrupt (Ctrl-C) ends it within about 50 ms: the loop then stands behind the last tick that it took, whose ``last`` it has.
+    ///
+    /// ``codes``: shape (n, channels), a column for each sensor. ``vrefint``: shape (n,). ``button``, ``foot``, ``late``: booleans, shape (n,). ``fault_bits``: shape (n,),
+    /// bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs (0 to 31). ``elapsed``: control periods (ms) since the last call, shape (n,).
     /// ``watchdog_hz``: a
     /// dictionary from a row to a measurement of the clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: 0 absent,
     /// 1 attached, 2 refused, shape (n,). ``program_unproven``: booleans, shape (n,). ``requests``: a dictionary from a row to the request of a host.
@@ -256,49 +305,41 @@ impl JointLoop {
     fn run<'py>(
         &mut self,
         py: Python<'py>,
-        codes: PyArrayLike2<'py, i64, AllowTypeChange>,
-        vrefint: PyArrayLike1<'py, i64, AllowTypeChange>,
-        button: Flags<'py>,
-        foot: Flags<'py>,
-        late: Flags<'py>,
-        fault_bits: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
-        elapsed: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
-        watchdog_hz: Option<BTreeMap<usize, i64>>,
-        debugger: Option<PyArrayLike1<'py, i64, AllowTypeChange>>,
-        program_unproven: Flags<'py>,
-        requests: Option<BTreeMap<usize, String>>,
+        codes: &Bound<'py, PyAny>,
+        vrefint: &Bound<'py, PyAny>,
+        button: Option<&Bound<'py, PyAny>>,
+        foot: Option<&Bound<'py, PyAny>>,
+        late: Option<&Bound<'py, PyAny>>,
+        fault_bits: Option<&Bound<'py, PyAny>>,
+        elapsed: Option<&Bound<'py, PyAny>>,
+        watchdog_hz: Option<BTreeMap<Whole, Whole>>,
+        debugger: Option<&Bound<'py, PyAny>>,
+        program_unproven: Option<&Bound<'py, PyAny>>,
+        requests: Option<BTreeMap<Whole, String>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (codes, vrefint) = (codes.as_array(), vrefint.as_array());
-        let rows = codes.nrows();
-        let whole = |name: &str, column: Option<PyArrayLike1<'py, i64, AllowTypeChange>>, default, least, most| {
-            let Some(column) = column else { return Ok(vec![default; rows]) };
-            let column = column.as_array().to_vec();
-            if column.len() != rows {
-                return Err(wrong_length(name, column.len(), rows));
-            }
-            match column.iter().position(|value| !(least..=most).contains(value)) {
-                None => Ok(column),
-                Some(row) => {
-                    Err(error::input(format!("{name}[{row}] = {}: allowed is {least} to {most}", column[row])))
-                }
-            }
-        };
-        if vrefint.len() != rows {
-            return Err(wrong_length("vrefint", vrefint.len(), rows));
+        let codes = arrays::given("codes", codes, Some(&self.channels.to_string()))?;
+        let (rows, width) = codes.shape;
+        if width != self.channels {
+            return Err(error::input(format!(
+                "codes has the shape ({rows}, {width}): allowed is (n, {}), a column for each sensor",
+                self.channels
+            )));
         }
-        let (button, foot) = (flags("button", &button, rows)?, flags("foot", &foot, rows)?);
-        let late = flags("late", &late, rows)?;
-        let program_unproven = flags("program_unproven", &program_unproven, rows)?;
-        let faults = whole("fault_bits", fault_bits, 0, 0, BoardFaults::CARRIED.into())?;
-        let elapsed = whole("elapsed", elapsed, 1, 1, MAX_ELAPSED.into())?;
-        let debugger = whole("debugger", debugger, 0, 0, DEBUGGERS.len() as i64 - 1)?;
-        let (requests, watchdog_hz) = (requests.unwrap_or_default(), watchdog_hz.unwrap_or_default());
+        let codes = numbers("codes", &codes, 0, AdcCode::MAX.0)?;
+        let vrefint = column("vrefint", Some(vrefint), rows, 0, (0, AdcCode::MAX.0))?;
+        let (button, foot) = (flags("button", button, rows)?, flags("foot", foot, rows)?);
+        let (late, program_unproven) = (flags("late", late, rows)?, flags("program_unproven", program_unproven, rows)?);
+        let faults = column("fault_bits", fault_bits, rows, 0, (0, (1 << FAULTS.len()) - 1))?;
+        let elapsed = column("elapsed", elapsed, rows, 1, (1, MAX_ELAPSED as u16))?;
+        let debugger = column("debugger", debugger, rows, 0, (0, DEBUGGERS.len() as u16 - 1))?;
+        let requests = by_row("requests", requests, rows)?;
+        let watchdog_hz = by_row("watchdog_hz", watchdog_hz, rows)?;
         let mut samples = Vec::with_capacity(rows);
-        for (row, channels) in codes.rows().into_iter().enumerate() {
+        for row in 0..rows {
             samples.push(Sample {
-                elapsed: elapsed[row] as u32,
-                codes: self::codes(channels.iter().copied())?,
-                vrefint: code("vrefint", vrefint[row])?,
+                elapsed: elapsed[row].into(),
+                codes: self::codes(&codes[row * width..(row + 1) * width])?,
+                vrefint: AdcCode(vrefint[row]),
                 button: button[row],
                 foot: foot[row],
                 late: late[row],
@@ -311,13 +352,14 @@ impl JointLoop {
         }
         let joints = &mut self.joints;
         let frames = py.detach(|| {
-            let mut frames = Frames::default();
+            let (mut frames, mut interrupts) = (Frames::default(), Interrupts::new());
             for sample in &samples {
                 joints.tick(sample);
                 frames.push(&joints.frame());
+                interrupts.check()?;
             }
-            frames
-        });
+            Ok::<_, PyErr>(frames)
+        })?;
         frames.into_ticks(py)
     }
 

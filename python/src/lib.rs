@@ -12,6 +12,7 @@
 //! | `capture` | `read_capture`, `Capture`: recordings of a board, and their replay |
 //! | `gate` | `Gate`: the limits of every setpoint |
 //! | `servo` | `Servo`: a hobby servo under load; servo maps of robots, volts of sensors |
+//! | `interrupt` | Ctrl-C during long calls |
 //! | `arguments` | checks of arguments, with what is allowed |
 //! | `arrays` | arrays of numpy, and the result types of the Python part |
 //! | `error` | exceptions with the words of the errors of the crates |
@@ -24,6 +25,7 @@ mod error;
 mod fit;
 mod gate;
 mod generator;
+mod interrupt;
 mod joint_loop;
 mod recording;
 mod servo;
@@ -55,6 +57,8 @@ mod _footfall {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // Makes `numpy` load its array interface now: it cannot be loaded while an interrupt waits.
+        super::arrays::column(module.py(), Vec::<f64>::new());
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("JOINTS", joint_units::Joint::ALL.map(joint_units::Joint::name))
     }

@@ -5,10 +5,10 @@ use gait_trace::clean::condition;
 use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::{Axis, Finding, KneeSign, LowPass, RawJoint, RawJoints, Rules};
 use joint_units::Joint;
-use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use crate::{arguments, arrays, error};
@@ -58,6 +58,9 @@ impl Asked {
                 let refused = || error::input(format!("low_pass = '{name}': allowed is customary, off or 1 to 100 Hz"));
                 found.ok_or_else(refused)?.1
             }
+            LowPassArgument::Other(value) => {
+                return Err(error::input(format!("low_pass = {value}: allowed is 'customary', 'off' or 1 to 100 Hz")));
+            }
         };
         let knee_sign =
             knee_sign.map(|sign| arguments::one_of("knee_sign", sign, KneeSign::ALL, KneeSign::name)).transpose()?;
@@ -77,6 +80,8 @@ impl Asked {
 pub(crate) enum LowPassArgument {
     Hz(f64),
     Name(String),
+    /// Something else, which is refused.
+    Other(Py<PyAny>),
 }
 
 /// Columns of joints, one after the other, radians; rows are times.
@@ -104,15 +109,16 @@ impl Recording {
     #[pyo3(signature = (time_s, angles, joints, *, unit = "rad", name = "arrays"))]
     fn of_arrays(
         _: &Bound<'_, PyType>,
-        time_s: PyArrayLike1<'_, f64, AllowTypeChange>,
-        angles: PyArrayLike2<'_, f64, AllowTypeChange>,
+        time_s: &Bound<'_, PyAny>,
+        angles: &Bound<'_, PyAny>,
         joints: Vec<String>,
         unit: &str,
         name: &str,
     ) -> PyResult<Self> {
         let unit: AngleUnit = unit.parse().map_err(error::input)?;
-        let (time_s, angles) = (time_s.as_array().to_vec(), angles.as_array());
-        let (rows, columns) = angles.dim();
+        let (time_s, angles) =
+            (arrays::given("time_s", time_s, None)?.values, arrays::given("angles", angles, Some("k"))?);
+        let (rows, columns) = angles.shape;
         if rows != time_s.len() || columns != joints.len() {
             return Err(error::input(format!(
                 "angles has the shape ({rows}, {columns}): allowed is ({}, {}), a row for each time and a column for each joint",
@@ -123,14 +129,24 @@ impl Recording {
         if let Some(row) = time_s.iter().position(|time| !time.is_finite()) {
             return Err(error::input(format!("time_s[{row}] = {}: allowed is a finite time in seconds", time_s[row])));
         }
+        let is_beyond = |angle: &f64| unit == AngleUnit::Radians && angle.abs() > TAU;
+        if let Some(place) = angles.values.iter().position(is_beyond) {
+            let (row, column, angle) = (place / columns, place % columns, angles.values[place]);
+            return Err(error::input(format!(
+                "angles[{row}, {column}] = {angle} rad, more than a turn (wrong unit?): allowed is -{TAU:.4} to {TAU:.4} rad; unit='deg' reads degrees"
+            )));
+        }
         let mut found: [Option<RawJoint>; Joint::COUNT] = [const { None }; Joint::COUNT];
-        for (name, column) in joints.iter().zip(angles.columns()) {
+        for (column, name) in joints.iter().enumerate() {
             let place = &mut found[arguments::joint("joints", name)? as usize];
             if place.is_some() {
                 return Err(error::input(format!("joints has {name} twice; allowed is each joint once")));
             }
             let in_degrees = |angle: &f64| if unit == AngleUnit::Radians { angle.to_degrees() } else { *angle };
-            *place = Some(RawJoint::degrees(name.as_str(), column.iter().map(in_degrees).collect()));
+            *place = Some(RawJoint::degrees(
+                name.as_str(),
+                (0..rows).map(|row| in_degrees(&angles.row(row)[column])).collect(),
+            ));
         }
         let raw = RawJoints {
             file: name.into(),

@@ -3,7 +3,6 @@
 use footfall::options::sensors::SensorArgument;
 use joint_loop::Direction;
 use joint_units::{Joint, Radians};
-use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use servo_model::{LoadSheet, LoadedServo};
@@ -21,6 +20,8 @@ pub(crate) struct Servo {
     sheet: LoadSheet,
     servo: LoadedServo,
     supply_v: f64,
+    /// End of the last pulse since the supply was switched on, s.
+    last_s: f64,
 }
 
 #[pymethods]
@@ -33,7 +34,8 @@ impl Servo {
         sheet.band_rad = arguments::within("band_deg", band_deg, 0.5, 45.0, " deg")?.to_radians();
         let factor = arguments::within("stall_factor", stall_factor, 0.1, 2.0, "")?;
         sheet.points.iter_mut().for_each(|point| point.stall_nm *= factor);
-        let mut built = Self { sheet, servo: LoadedServo::new(&sheet, us_per_rad), supply_v: 0.0 };
+        let mut built =
+            Self { sheet, servo: LoadedServo::new(&sheet, us_per_rad), supply_v: 0.0, last_s: f64::NEG_INFINITY };
         built.set_supply(supply_v)?;
         Ok(built)
     }
@@ -42,17 +44,30 @@ impl Servo {
     fn set_supply(&mut self, volts: f64) -> PyResult<()> {
         self.servo.set_supply(volts).map_err(error::input)?;
         self.supply_v = volts;
+        if volts == 0.0 {
+            self.last_s = f64::NEG_INFINITY;
+        }
         Ok(())
     }
 
-    /// Takes a pulse of a width (us) that ends at a time (s). One that the servo does not accept changes nothing.
-    fn pulse(&mut self, time_s: f64, us: f64) {
+    /// Takes a pulse of a width (us) that ends at a time (s), not before that of the pulse before. A width that the servo does not accept changes nothing.
+    fn pulse(&mut self, time_s: f64, us: f64) -> PyResult<()> {
+        let (time_s, us) = (finite("time_s", time_s, "s")?, finite("us", us, "us")?);
+        if time_s < self.last_s {
+            let last_s = self.last_s;
+            return Err(error::input(format!(
+                "time_s = {time_s}: allowed is {last_s} s or later, the end of the pulse before; set_supply(0.0) forgets it"
+            )));
+        }
+        self.last_s = time_s;
         self.servo.pulse(time_s, us);
+        Ok(())
     }
 
     /// Torque of the motor at the shaft, N m, positive towards longer pulses, at a time (s), an angle (rad) and a speed (rad/s) of the shaft.
-    fn torque(&self, time_s: f64, angle_rad: f64, speed_rad_s: f64) -> f64 {
-        self.servo.torque(time_s, angle_rad, speed_rad_s)
+    fn torque(&self, time_s: f64, angle_rad: f64, speed_rad_s: f64) -> PyResult<f64> {
+        let (time_s, angle_rad) = (finite("time_s", time_s, "s")?, finite("angle_rad", angle_rad, "rad")?);
+        Ok(self.servo.torque(time_s, angle_rad, finite("speed_rad_s", speed_rad_s, "rad/s")?))
     }
 
     /// Name of the servo; no unit.
@@ -98,6 +113,15 @@ impl Servo {
     }
 }
 
+/// A finite number.
+fn finite(argument: &str, value: f64, unit: &str) -> PyResult<f64> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(error::input(format!("{argument} = {value}: allowed is a finite number of {unit}")))
+    }
+}
+
 /// Names of the modelled servos under load, for ``Servo``; no unit.
 #[pyfunction]
 pub(crate) fn servos() -> Vec<&'static str> {
@@ -138,7 +162,7 @@ pub(crate) fn robot(py: Python<'_>, path: Option<PathBuf>) -> PyResult<Bound<'_,
 #[pyo3(signature = (angles_rad, *, calibration = None))]
 pub(crate) fn sensor_volts<'py>(
     py: Python<'py>,
-    angles_rad: PyArrayLike1<'py, f64, AllowTypeChange>,
+    angles_rad: &Bound<'py, PyAny>,
     calibration: Option<PathBuf>,
 ) -> PyResult<Bound<'py, PyAny>> {
     calibration.as_deref().map_or(Ok(()), error::can_open)?;
@@ -153,6 +177,7 @@ pub(crate) fn sensor_volts<'py>(
         let within = Radians((*angle as f32).clamp(least.0, most.0));
         sensor.calibration.volts(within).map(|volts| f64::from(volts.0)).map_err(error::run)
     };
-    let all = angles_rad.as_array().iter().map(volts).collect::<PyResult<Vec<f64>>>()?;
+    let all =
+        arrays::given("angles_rad", angles_rad, None)?.values.iter().map(volts).collect::<PyResult<Vec<f64>>>()?;
     Ok(arrays::column(py, all))
 }

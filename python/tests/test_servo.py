@@ -30,12 +30,33 @@ def test_the_torque_rises_with_the_supply() -> None:
     assert footfall.Servo("DS3225", supply_v=6.0, stall_factor=0.9).stall_nm == pytest.approx(0.9 * stall[2])
 
 
+def pulses_at(*times_s: float) -> footfall.Servo:
+    servo = footfall.Servo("SG90", supply_v=5.0)
+    for time_s in times_s:
+        servo.pulse(time_s, 1600.0)
+    return servo
+
+
+def test_a_servo_without_supply_forgets_the_time_of_its_pulse() -> None:
+    servo = pulses_at(1.0, 1.0, 1.02)
+    servo.set_supply(0.0)
+    servo.set_supply(5.0)
+    servo.pulse(0.0, 1600.0)
+    assert servo.torque(0.0, 0.0, 0.0) > 0.0
+
+
 WRONG: Dict[str, Callable[[], Any]] = {
     "a servo without name": lambda: footfall.Servo("x", supply_v=6.0),
     "a supply beyond the data sheet": lambda: footfall.Servo("MG996R", supply_v=7.4),
     "a supply that is no number": lambda: footfall.Servo("MG996R", supply_v=math.nan),
     "a scale of 0": lambda: footfall.Servo("SG90", supply_v=5.0, us_per_rad=0.0),
     "a band of 0": lambda: footfall.Servo("SG90", supply_v=5.0, band_deg=0.0),
+    "a torque at an angle that is no number": lambda: footfall.Servo("SG90", supply_v=5.0).torque(0.0, math.nan, 0.0),
+    "a torque at no time": lambda: footfall.Servo("SG90", supply_v=5.0).torque(math.inf, 0.0, 0.0),
+    "a torque at an infinite speed": lambda: footfall.Servo("SG90", supply_v=5.0).torque(0.0, 0.0, -math.inf),
+    "a pulse at no time": lambda: footfall.Servo("SG90", supply_v=5.0).pulse(math.nan, 1500.0),
+    "a pulse of no width": lambda: footfall.Servo("SG90", supply_v=5.0).pulse(0.0, math.nan),
+    "a pulse before the last": lambda: pulses_at(1.0, 0.98),
     "an angle that is no number": lambda: footfall.sensor_volts([math.nan]),
 }
 

@@ -84,7 +84,7 @@ def test_without_a_program_the_error_says_how_to_build_it(tmp_path: Path, monkey
 def test_options_and_records_reach_the_program(tmp_path: Path) -> None:
     player = Player(tmp_path, [[STEP]])
     for name in ("g", "s", "r", "script"):
-        (tmp_path / name).write_bytes(b"")
+        (tmp_path / name).write_bytes({"g": b"FFWK", "s": b"FFSN", "r": b"FFRB"}.get(name, b""))
     records = {key: tmp_path / key[0] for key in ("generator", "sensors", "robot")}
     with player.board(**records, servo="digital", servo_at_deg=[0, 0, 5, 5], script=tmp_path / "script", options=["--cpi", "2"]) as board:
         board.step(0.001)
@@ -210,3 +210,69 @@ def test_a_program_that_ends_or_is_another_one_is_an_error(tmp_path: Path) -> No
     with Player(tmp_path, [[STEP]], joints=None).board() as dark:
         with pytest.raises(footfall.InputError, match="no valid robot record"):
             dark.joint_angles([1500.0] * 4)
+
+
+def test_a_board_that_does_not_arm_says_why(tmp_path: Path) -> None:
+    lamps = [{"pin": "PD14", "on": True}, {"pin": "PD12", "on": True}, {"pin": "PD12", "on": False}]
+    player = Player(tmp_path, [[{"type": "rtt", "hex": "0102"}, dict(STEP, lamps=lamps)], [STEP]])
+    board = player.board()
+    with pytest.raises(footfall.BoardError, match="lamps that are lit: PD14; the end of its log: `footfall watch --elf .*firmware.elf --rtt ") as raised:
+        board.arm(step_s=0.01)
+    log = Path(str(raised.value).split("--rtt ")[1].rstrip("`"))
+    assert log.read_bytes() == b"\x01\x02"
+    log.unlink()
+
+
+def test_a_file_that_is_no_record_is_refused(tmp_path: Path, samples: Path) -> None:
+    player = Player(tmp_path, [[STEP]])
+    with pytest.raises(footfall.InputError, match="robot.toml: is a TOML file, not a record; allowed is a robot record.*`footfall pack --robot robot.toml"):
+        player.board(robot=samples / "robot.toml")
+    with pytest.raises(footfall.InputError, match="sensor.toml: is a TOML file, not a record; .*`footfall pack --sensor"):
+        player.board(sensors=samples / "sensor.toml")
+    record = tmp_path / "robot.bin"
+    record.write_bytes(b"FFRB" + bytes(20))
+    with pytest.raises(footfall.InputError, match="generator = .*robot.bin: is a robot record; allowed is a generator record"):
+        player.board(generator=record)
+    player.board(robot=record).close()
+    assert "0x0800c000=" + str(record) in player.requests()[0]
+
+
+def test_threads_step_one_after_the_other(tmp_path: Path) -> None:
+    import threading
+
+    times: List[float] = []
+    with Player(tmp_path, [[STEP]]).board() as board:
+        threads = [threading.Thread(target=lambda: times.extend(board.step(0.001).time_s for _ in range(300)), daemon=True) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(timeout=60.0)
+        assert not any(thread.is_alive() for thread in threads)
+    assert sorted(times) == pytest.approx([0.001 * at for at in range(1, 1201)])
+
+
+def test_the_program_ends_with_the_last_reference(tmp_path: Path) -> None:
+    import gc
+
+    board = Player(tmp_path, [[STEP]]).board()
+    board.step(0.001)
+    process = board._process
+    del board
+    gc.collect()
+    assert process.poll() is not None
+
+
+@pytest.mark.parametrize(
+    "volts, words",
+    [
+        ([1.0, float("nan")], r"volts\[1\] = nan, pin PC1: allowed is a finite number of volts"),
+        (np.array([[1.0, 1.0], [1.0, np.inf]]), r"volts\[1, 1\] = inf, pin PC1: "),
+        ({"PA1": float("-inf")}, r"volts\['PA1'\] = -inf: "),
+        ({"VDDA": [3.0, float("nan")]}, r"volts\['VDDA'\] = .*nan.*: allowed is a finite"),
+    ],
+)
+def test_volts_are_finite(tmp_path: Path, volts: Any, words: str) -> None:
+    with Player(tmp_path, [[STEP]]).board() as board:
+        with pytest.raises(footfall.InputError, match=words):
+            board.step(0.001, volts)
+        board.step(0.001, [1.0, 1.0])

@@ -8,9 +8,11 @@ import os
 import shutil
 import subprocess
 import tempfile
+import threading
+import weakref
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import IO, Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +31,14 @@ _SENSORS = ("PA1", "PC1", "PB0", "PB1")
 _FOOT = "PC5"
 #: Addresses of the flash records.
 _SECTORS = {"generator": 0x0800_4000, "sensors": 0x0800_8000, "robot": 0x0800_C000}
+#: First bytes of the flash records, and the arguments of `footfall pack` that make one.
+_MAGIC = {
+    "generator": (b"FFWK", "generator.toml -o generator.bin"),
+    "sensors": (b"FFSN", "--sensor left_hip=sensor.toml -o sensors.bin"),
+    "robot": (b"FFRB", "--robot robot.toml -o robot.bin"),
+}
+#: The last bytes of the log that are kept for an error, as the board's buffer has.
+_LOG_BYTES = 65_536
 _VARIABLE = "FOOTFALL_VIRTUAL_BOARD"
 _PROGRAM = "virtual-board"
 
@@ -107,7 +117,8 @@ class VirtualBoard:
 
     ``emulator`` is that program; without it, it is the file that the variable ``FOOTFALL_VIRTUAL_BOARD`` names, or ``virtual-board`` on the path.
 
-    Use it in a ``with`` block: its end is that of the run, and raises :class:`BoardError` if the run was not good.
+    Use it in a ``with`` block: its end is that of the run, and raises :class:`BoardError` if the run was not good. Without it, the program ends
+    with the last reference to the object. Threads may share one: a step ends before the next one begins.
     """
 
     def __init__(
@@ -123,10 +134,11 @@ class VirtualBoard:
         script: Optional[PathLike] = None,
         options: Sequence[str] = (),
     ) -> None:
+        self._elf = os.fspath(elf)
         command = [_emulator(emulator), _file(elf), "--lockstep", *options]
         for name, path in (("generator", generator), ("sensors", sensors), ("robot", robot)):
             if path is not None:
-                command += ["--flash", f"{_SECTORS[name]:#010x}={_file(path)}"]
+                command += ["--flash", f"{_SECTORS[name]:#010x}={_record(name, path)}"]
         if servo is not None:
             command += ["--servo", servo]
         if servo_at_deg is not None:
@@ -136,11 +148,16 @@ class VirtualBoard:
         self._verdict: Optional[Verdict] = None
         self._end: Optional[Dict[str, Any]] = None
         self._time_us = 0
+        self._lamps: Dict[str, bool] = {}
+        self._log = bytearray()
+        # One exchange with the program at a time.
+        self._exchange = threading.RLock()
         # A pipe that nobody reads would stop the board.
         self._messages = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._messages, text=True, encoding="utf-8"
         )
+        self._ended = weakref.finalize(self, _end_process, self._process, self._messages)
         try:
             self._joints = self._greeting()
         except BaseException:
@@ -212,18 +229,24 @@ class VirtualBoard:
             high[_FOOT] = bool(foot)
         if high:
             request["levels"] = high
-        lines = self._ask(request)
-        last = lines[-1]
-        if last["type"] == "error":
-            raise InputError(f"the virtual board refuses the step: {last['text']}")
-        self._time_us = last["t_us"]
-        return _step(lines)
+        with self._exchange:
+            lines = self._ask(request)
+            last = lines[-1]
+            if last["type"] == "error":
+                raise InputError(f"the virtual board refuses the step: {last['text']}")
+            self._time_us = last["t_us"]
+            done = _step(lines)
+            self._lamps.update(done.lamps)
+            if done.log:
+                self._log = (self._log + done.log)[-_LOG_BYTES:]
+            return done
 
     def arm(self, body: Optional[Callable[[Step], Volts]] = None, *, step_s: float = 0.001) -> Step:
         """Does what a person does to arm the board, in steps of ``step_s`` s: tests the emergency stop, holds the button for 0.5 s, releases it.
 
         ``body`` takes each step and returns the volts of the next one, V, as :meth:`step` takes them; without it they stay. Returns the step in which
-        the servos' supply went on. :class:`BoardError` if it is off 1 s after the release: the lamps and the log say why.
+        the servos' supply went on. :class:`BoardError` if it is off 1 s after the release: its text has the lamps that are lit, and the
+        file of the last bytes of the log, with the command that shows it.
         """
         at_s, gestures = 0.0, [(0.05, "stop", True), (0.15, "stop", False), (0.2, "button", True), (0.7, "button", False)]
         volts: Optional[Volts] = None
@@ -237,10 +260,14 @@ class VirtualBoard:
                 return done
             at_s += step_s
             volts = body(done) if body else None
-        raise BoardError(f"the board does not arm: the outputs are off {self.time_s:.3f} s after power-on; its lamps and its log say why")
+        raise BoardError(f"the board does not arm: the outputs are off {self.time_s:.3f} s after power-on; {self._why()}")
 
     def close(self) -> Verdict:
         """Ends the run at the next whole millisecond, and returns the judge's verdict; its names have the units."""
+        with self._exchange:
+            return self._close()
+
+    def _close(self) -> Verdict:
         if self._verdict is None:
             try:
                 output, _ = self._process.communicate(timeout=60.0)
@@ -259,6 +286,15 @@ class VirtualBoard:
             )
             self._messages.close()
         return self._verdict
+
+    def _why(self) -> str:
+        """Lamps and log of a board that does not do what it should."""
+        lit = ", ".join(sorted(pin for pin, on in self._lamps.items() if on)) or "none"
+        if not self._log:
+            return f"lamps that are lit: {lit}; its log is empty"
+        with tempfile.NamedTemporaryFile(prefix="footfall-", suffix=".rtt", delete=False) as file:
+            file.write(self._log)
+        return f"lamps that are lit: {lit}; the end of its log: `footfall watch --elf {self._elf} --rtt {file.name}`"
 
     def _greeting(self) -> Optional[List[Dict[str, Any]]]:
         first = self._line()
@@ -311,6 +347,14 @@ class VirtualBoard:
         self._process.communicate()
 
 
+def _end_process(process: subprocess.Popen[str], messages: IO[bytes]) -> None:
+    """Ends the program of a board that nobody has any more."""
+    if process.poll() is None:
+        process.kill()
+        process.communicate()
+    messages.close()
+
+
 def _emulator(given: Optional[PathLike]) -> str:
     if given is not None:
         return _file(given)
@@ -331,6 +375,21 @@ def _file(path: PathLike) -> str:
     return os.fspath(path)
 
 
+def _record(name: str, path: PathLike) -> str:
+    """The file of a flash record, which begins with the word of its kind."""
+    magic, arguments = _MAGIC[name]
+    file = _file(path)
+    with open(file, "rb") as opened:
+        found = opened.read(len(magic))
+    if found != magic:
+        kinds = {first: f"a {kind} record" for kind, (first, _) in _MAGIC.items()}
+        what = kinds.get(found, "a TOML file, not a record" if file.endswith(".toml") else "no flash record")
+        raise InputError(
+            f"{name} = {file}: is {what}; allowed is a {name} record, which begins with {magic.decode()}: `footfall pack {arguments}` makes one"
+        )
+    return file
+
+
 def _micros(seconds: float) -> int:
     micros = float(seconds) * 1e6
     if not math.isfinite(micros) or abs(micros - round(micros)) > 1e-3 or round(micros) < 1:
@@ -340,14 +399,23 @@ def _micros(seconds: float) -> int:
 
 def _volts(volts: Volts) -> Dict[str, Union[float, List[float]]]:
     # The usual case, a thousand times a second.
-    if isinstance(volts, list) and 1 <= len(volts) <= len(_SENSORS) and all(type(one) is float for one in volts):
+    if isinstance(volts, list) and 1 <= len(volts) <= len(_SENSORS) and all(type(one) is float and math.isfinite(one) for one in volts):
         return dict(zip(_SENSORS, volts))
     if isinstance(volts, Mapping):
-        return {pin: [float(one) for one in np.ravel(value)] if np.ndim(value) else float(value) for pin, value in volts.items()}  # type: ignore[arg-type]
+        held: Dict[str, Union[float, List[float]]] = {}
+        for pin, value in volts.items():
+            numbers = [float(one) for one in np.ravel(value)]
+            if not all(map(math.isfinite, numbers)):
+                raise InputError(f"volts['{pin}'] = {value}: allowed is a finite number of volts")
+            held[pin] = numbers if np.ndim(value) else numbers[0]
+        return held
     array = np.asarray(volts, dtype=np.float64)
     rows = array[np.newaxis] if array.ndim == 1 else array
     if array.ndim not in (1, 2) or rows.shape[0] not in (1, 2) or not 1 <= rows.shape[1] <= len(_SENSORS):
         raise InputError(f"volts has the shape {array.shape}: allowed is (n,) or (2, n) with n from 1 to {len(_SENSORS)}, one column a sensor")
+    for place in np.argwhere(~np.isfinite(array)):
+        where = ", ".join(map(str, place))
+        raise InputError(f"volts[{where}] = {array[tuple(place)]}, pin {_SENSORS[place[-1]]}: allowed is a finite number of volts")
     columns: List[Tuple[str, List[float]]] = list(zip(_SENSORS, rows.T.tolist()))
     return {pin: column if len(column) == 2 else column[0] for pin, column in columns}
 
