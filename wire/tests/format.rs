@@ -167,7 +167,7 @@ fn round(record: &Record) -> Record {
 }
 
 #[test]
-fn the_bytes_are_those_of_version_8() {
+fn the_bytes_are_those_of_the_version() {
     assert_eq!(VERSION, 8);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
