@@ -191,6 +191,13 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "needs the walks of the Python package: test_body_board packs both files",
+        &[
+            "cargo footfall pack python/walks/desk-free.toml -o free.bin",
+            "cargo footfall pack --robot python/walks/desk-free-robot.toml -o free-robot.bin",
+        ],
+    ),
+    (
         "runs tests, of which this is one",
         &[
             "cargo xtask test",
