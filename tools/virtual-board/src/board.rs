@@ -63,6 +63,8 @@ pub(crate) struct BoardModel {
     debug_in_sleep: bool,
     /// Address of the block that ran at each lint of the peripherals and of the core.
     lint_blocks: [Vec<u32>; 2],
+    /// Updates of the peripherals that the interrupt controller and the deadline have.
+    seen_updates: u64,
 }
 
 impl BoardModel {
@@ -98,6 +100,7 @@ impl BoardModel {
             nmi: false,
             debug_in_sleep: false,
             lint_blocks: [Vec::new(), Vec::new()],
+            seen_updates: u64::MAX,
         }
     }
 
@@ -271,6 +274,7 @@ impl BoardModel {
         for (blocks, count) in self.lint_blocks.iter_mut().zip(lints) {
             blocks.resize(count, self.block);
         }
+        self.seen_updates = self.soc.updates();
         self.update_deadline();
     }
 
@@ -397,8 +401,11 @@ impl Machine for BoardModel {
         }
         self.advance(memory);
         let value = self.soc.read(addr, width);
-        self.reset = self.reset.or_else(|| self.soc.take_reset());
-        self.refresh();
+        // A loop that waits reads a register thousands of times, and nothing changes.
+        if self.soc.updates() != self.seen_updates {
+            self.reset = self.reset.or_else(|| self.soc.take_reset());
+            self.refresh();
+        }
         value
     }
 

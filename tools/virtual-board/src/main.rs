@@ -171,7 +171,7 @@ struct Cli {
     /// Seed of the first of them; the next case has the next seed
     #[arg(long, value_name = "SEED", requires = "several", default_value_t = 1)]
     seed: u64,
-    /// Cases of the campaign at a time [default: the processor's cores]
+    /// Cases of the campaign at a time [default: the processor's cores, and one more]
     #[arg(long, value_name = "N", requires = "campaign")]
     jobs: Option<std::num::NonZero<usize>>,
     /// One case of N of the campaign
@@ -466,7 +466,8 @@ fn run(cli: &Cli) -> Result<u8> {
         ensure!(injections.is_empty(), "a campaign injects its own faults; remove the other ones");
         let jobs = match cli.jobs {
             Some(jobs) => jobs.get(),
-            None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            // One more is ready where a case ends: a copy of the process takes the time in which a core would have nothing to do.
+            None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get) + 1,
         };
         let nowhere = ReportWriter::new(std::io::sink());
         let run = BoardRun::new(&image, config, plant, vec![], recorder, Console::closed(), None, nowhere, options)?;

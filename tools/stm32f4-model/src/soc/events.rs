@@ -41,6 +41,10 @@ impl Soc {
     /// Stops early at a watchdog timeout: [`Soc::now`] is then less than `cycle` and [`Soc::take_reset`] returns the cause.
     pub fn advance_to(&mut self, cycle: u64, plant: &mut dyn Plant, memory: &mut dyn DmaMemory) {
         let target = cycle.max(self.now);
+        if self.is_settled_until(target, plant) {
+            self.now = target;
+            return;
+        }
         self.report_edges(plant);
         self.serve_dma_requests(memory);
         self.schedule_input_sample(plant, true);
@@ -68,6 +72,22 @@ impl Soc {
             self.report_edges(plant);
             self.refresh();
         }
+        self.is_settled = true;
+    }
+
+    /// True if an advance to this cycle would only pass time: nothing was accessed or broken since the last one, no event is due, and the plant announces
+    /// what it did.
+    fn is_settled_until(&self, cycle: u64, plant: &dyn Plant) -> bool {
+        let is_settled = self.is_settled && !self.schedule_stale && cycle < self.next && self.pins.is_announced_by(plant);
+        debug_assert!(
+            !is_settled
+                || (self.scheduled, self.scheduled_visible) == self.schedule()
+                    && !self.stale
+                    && self.pins.edges.is_empty()
+                    && self.requests.is_empty(),
+            "a change is passed over"
+        );
+        is_settled
     }
 
     /// Carries out all events of the present cycle.
@@ -263,6 +283,7 @@ impl Soc {
     /// Updates interrupt lines and the next event after a change.
     pub(super) fn refresh(&mut self) {
         self.stale = false;
+        self.is_settled = false;
         self.refresh_lines();
         self.refresh_schedule();
     }
@@ -295,6 +316,7 @@ impl Soc {
 
     /// Updates the next event after a change of the inputs.
     fn refresh_next(&mut self) {
+        self.updates += 1;
         self.next = self.scheduled.min(self.pins.change_at);
         self.next_visible = self.scheduled_visible.min(self.pins.change_at);
     }

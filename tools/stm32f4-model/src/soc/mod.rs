@@ -125,6 +125,10 @@ pub struct Soc {
     stale: bool,
     /// A register access has moved the next event of a timer since `scheduled` was updated.
     schedule_stale: bool,
+    /// Nothing was accessed or broken since the last advance, which carried out all that was due.
+    is_settled: bool,
+    /// Number of updates of the interrupt lines or the next event, and of new lints.
+    updates: u64,
     lints: Vec<Lint>,
     lint_index: HashMap<(u32, Width, LintKind, bool), usize>,
     conversions: VecDeque<Conversion>,
@@ -173,6 +177,8 @@ impl Soc {
             scheduled_visible: u64::MAX,
             stale: false,
             schedule_stale: false,
+            is_settled: false,
+            updates: 0,
             lints: Vec::new(),
             lint_index: HashMap::new(),
             conversions: VecDeque::new(),
@@ -209,6 +215,12 @@ impl Soc {
     #[must_use]
     pub fn irq_lines(&self) -> &[u32; 3] {
         &self.lines
+    }
+
+    /// A number that changes whenever the interrupt lines, the next event, the number of lints or a request of a reset may have changed.
+    #[must_use]
+    pub fn updates(&self) -> u64 {
+        self.updates
     }
 
     /// Level of the NMI line: high from a crystal failure with the clock security system on until RCC_CIR.CSSC is written.
@@ -346,6 +358,7 @@ impl Soc {
         match self.lint_index.get(&key) {
             Some(&index) => self.lints[index].count += 1,
             None => {
+                self.updates += 1;
                 self.lint_index.insert(key, self.lints.len());
                 let (value, write) = (write.unwrap_or(0), write.is_some());
                 self.lints.push(Lint { cycle: self.now, addr, width, kind, write, value, count: 1 });

@@ -1,6 +1,7 @@
 //! State of the pins: output levels, input levels, timer connections, changes to report.
 
 use crate::pin::{PORTS, Pin};
+use crate::plant::Plant;
 use crate::tim::PinSignal;
 
 /// A change of an output that is not yet reported to the plant.
@@ -34,6 +35,8 @@ pub(super) struct Pins {
     pub(super) change_at: u64,
     /// Time of the same change, s; 0: none.
     pub(super) change_seconds: f64,
+    /// What the plant announced at the last advance: the time of its next change, s.
+    pub(super) announced: Option<f64>,
     /// The plant does not announce changes.
     pub(super) polled: bool,
 }
@@ -52,8 +55,15 @@ impl Pins {
             sampled_at: None,
             change_at: u64::MAX,
             change_seconds: 0.0,
+            announced: None,
             polled: false,
         }
+    }
+
+    /// Whether the plant announces the same change as at the last advance, and not one at once.
+    pub(super) fn is_announced_by(&self, plant: &dyn Plant) -> bool {
+        let Some((sampled_at, announced)) = self.sampled_at.zip(self.announced) else { return false };
+        announced > sampled_at && plant.next_pin_change(sampled_at.max(0.0)) == Some(announced)
     }
 
     /// Output level of a pin.

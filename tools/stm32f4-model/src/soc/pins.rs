@@ -176,6 +176,7 @@ impl Soc {
     pub(super) fn schedule_input_sample(&mut self, plant: &dyn Plant, at_start: bool) {
         let sampled_at = self.pins.sampled_at.unwrap_or(f64::NEG_INFINITY);
         let announced = plant.next_pin_change(sampled_at.max(0.0));
+        self.pins.announced = announced;
         self.pins.polled = announced.is_none();
         self.pins.change_seconds = 0.0;
         self.pins.change_at = match (self.pins.sampled_at, announced) {
