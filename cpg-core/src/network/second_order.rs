@@ -145,11 +145,12 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Oscillators
     fn advance(&mut self) -> bool {
         let mut next = self.now;
         I::advance(&self.field, &mut next.x, &mut next.v);
+        // Before the check: nothing has the address of `next`, so that it stays in registers.
+        self.now = next;
         let inside = next.is_within(&self.limit);
         if !inside {
-            next.hold(&self.limit);
+            self.now.hold(&self.limit);
         }
-        self.now = next;
         inside
     }
 }
