@@ -148,17 +148,15 @@ fn coordinate_of(name: &str) -> Option<&str> {
 fn words_of(plain: &str, language: &[(&str, Word)]) -> Option<Vec<Word>> {
     // `after[n]` is a split of the first n bytes: the word that ends there, and where it starts.
     let mut after: Vec<Option<(Word, usize)>> = vec![None; plain.len() + 1];
-    for end in 1..=plain.len() {
-        // The longest word wins, so that `left` is a side and not an `l` before an unknown word.
-        after[end] = language
-            .iter()
-            .chain(&COMMON)
-            .filter_map(|&(text, word)| {
-                let start = end.checked_sub(text.len())?;
-                let fits = plain.as_bytes()[start..end] == *text.as_bytes() && (start == 0 || after[start].is_some());
-                fits.then_some((word, start))
-            })
-            .min_by_key(|&(_, start)| start);
+    for start in 0..plain.len() {
+        if start > 0 && after[start].is_none() {
+            continue;
+        }
+        let rest = &plain.as_bytes()[start..];
+        for &(text, word) in language.iter().chain(&COMMON).filter(|(text, _)| rest.starts_with(text.as_bytes())) {
+            // The longest word wins, so that `left` is a side and not an `l` before an unknown word.
+            after[start + text.len()].get_or_insert((word, start));
+        }
     }
     let mut words = Vec::new();
     let mut end = plain.len();

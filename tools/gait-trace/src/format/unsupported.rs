@@ -1,6 +1,7 @@
 //! Names kinds of files that are recognised and not read, and says how their content can be read.
 
 use crate::fault::{Fault, TraceError};
+use memchr::memmem;
 
 /// A kind of file that is not read.
 pub(crate) struct Unsupported {
@@ -255,5 +256,5 @@ fn is_zip_with(bytes: &[u8], piece: &[u8]) -> bool {
 
 /// Whether the first kilobytes contain a piece; the entries of a workbook are there.
 fn contains(bytes: &[u8], piece: &[u8]) -> bool {
-    bytes[..bytes.len().min(4096)].windows(piece.len()).any(|window| window == piece)
+    memmem::find(&bytes[..bytes.len().min(4096)], piece).is_some()
 }

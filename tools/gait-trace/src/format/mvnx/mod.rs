@@ -16,6 +16,7 @@ use crate::fault::TraceError;
 use crate::format::description::{Description, SIGNS};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
+use memchr::memmem;
 
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
@@ -32,8 +33,7 @@ pub(crate) const DESCRIPTION: Description = Description {
 /// Whether the text begins like an MVNX file.
 pub(crate) fn looks_like(text: &str) -> bool {
     let head = text.trim_start().as_bytes();
-    let head = &head[..head.len().min(4096)];
-    head.starts_with(b"<") && head.windows(5).any(|at| at == b"<mvnx")
+    head.starts_with(b"<") && memmem::find(&head[..head.len().min(4096)], b"<mvnx").is_some()
 }
 
 /// Reads the bytes of a file.
