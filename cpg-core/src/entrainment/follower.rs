@@ -547,6 +547,8 @@ impl Generator<4> for Follower {
         self.drive();
     }
 
+    // Not inlined: a choice among generators would save and restore the registers that this needs for each of them.
+    #[inline(never)]
     fn angles(&self) -> [Radians; 4] {
         self.points(|angle, _| Radians(angle))
     }

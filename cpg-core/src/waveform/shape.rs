@@ -314,6 +314,8 @@ impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
         self.clock.tick();
     }
 
+    // Not inlined: a choice among generators would save and restore the registers that this needs for each of them.
+    #[inline(never)]
     fn angles(&self) -> [Radians; N] {
         let mut angles = [Radians(0.0); N];
         for (angle, (point, mean, adjustment)) in angles.iter_mut().zip(self.points()) {
