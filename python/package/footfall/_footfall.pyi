@@ -14,6 +14,7 @@ _LowPass = Union[str, float]
 
 __version__: str
 JOINTS: List[str]
+_RECORD_MAGIC: Dict[str, bytes]
 
 class Generator:
     @classmethod
