@@ -95,7 +95,7 @@ typedef struct {
   FootfallRecord robot;
   // Factory code of the chip's reference.
   uint16_t vrefint_cal;
-  // Lowest supply at which a sample is good, V.
+  // Lowest supply at which a sample is good, V, 1.8 to 3.6; that of the robot where it is higher.
   float min_supply_v;
   // Whether the joints move only while the sensors are good.
   bool sensor_required;

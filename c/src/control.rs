@@ -1,5 +1,6 @@
 //! The control loop of the boards, given samples from C.
 
+use hgod_adc::stm32f4::{MAX_SUPPLY, MIN_SUPPLY};
 use joint_loop::Debugger;
 use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
@@ -49,7 +50,7 @@ pub struct FootfallLoopConfig {
     pub robot: FootfallRecord,
     /// Factory code of the chip's reference.
     pub vrefint_cal: u16,
-    /// Lowest supply at which a sample is good, V.
+    /// Lowest supply at which a sample is good, V, 1.8 to 3.6; that of the robot where it is higher.
     pub min_supply_v: f32,
     /// Whether the joints move only while the sensors are good.
     pub sensor_required: bool,
@@ -153,6 +154,14 @@ pub unsafe extern "C" fn footfall_loop_build(
         // SAFETY: as above.
         Err(wrong) => return unsafe { refuse(error, FootfallStatus::Record, wrong) },
     };
+    // The larger one of two would hide a value that is too small.
+    let allowed = MIN_SUPPLY.0..=MAX_SUPPLY.0;
+    if !allowed.contains(&config.min_supply_v) {
+        let (least, most) = (MIN_SUPPLY.0, MAX_SUPPLY.0);
+        let wrong = format_args!("min_supply_v is {} V; allowed are {least} to {most} V", config.min_supply_v);
+        // SAFETY: as above.
+        return unsafe { refuse(error, FootfallStatus::Loop, wrong) };
+    }
     let (reference, supply) = (AdcCode(config.vrefint_cal), robot.min_supply_on(Volts(config.min_supply_v)));
     let built = Parameters::with_defaults(generator, sensors, robot)
         .and_then(|parameters| board_loop(&parameters, reference, supply, config.sensor_required));

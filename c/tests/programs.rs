@@ -6,7 +6,7 @@ use std::process::Command;
 use cpg_core::Generator;
 use cpg_core::gait::default_walk::default_walk;
 use footfall_c::control::{FOOTFALL_LOOP_WORDS, FootfallLoop, FootfallLoopConfig, FootfallRecord, footfall_loop_build};
-use footfall_c::error::FootfallStatus;
+use footfall_c::error::{FOOTFALL_TEXT_BYTES, FootfallError, FootfallStatus};
 use footfall_c::generator::{FootfallGenerator, footfall_generator_step};
 use joint_loop::control::watchdog_clock::WatchdogHz;
 use joint_loop::setup::default_loop::{Parameters, board_loop};
@@ -106,6 +106,30 @@ fn a_sketch_in_cpp_sets_the_servos_of_rust() {
     let (_, state, [a, b, c, d]) = loop_in_rust(|tick| 1800 + ((tick / 2) % 500) as u16, false);
     assert_eq!(state, SupervisorState::Walking);
     assert_eq!(lines, [format!("servos {a} {b} {c} {d}")]);
+}
+
+/// A supply below that of the robot is not hidden by it.
+#[test]
+fn a_least_supply_beyond_what_is_allowed_is_refused() {
+    let none = || FootfallRecord { bytes: std::ptr::null(), length: 0 };
+    let build = |min_supply_v: f32| {
+        let mut joints = FootfallLoop { words: [0; FOOTFALL_LOOP_WORDS] };
+        let (generator, sensors, robot) = (none(), none(), none());
+        let config =
+            FootfallLoopConfig { generator, sensors, robot, vrefint_cal: 1502, min_supply_v, sensor_required: true };
+        let mut error = FootfallError { status: FootfallStatus::Ok, text: [0; FOOTFALL_TEXT_BYTES] };
+        // SAFETY: the loop is aligned and used here alone, the records are null, and the error is of its type.
+        let status = unsafe { footfall_loop_build(&raw mut joints, &raw const config, &raw mut error) };
+        let text = error.text.map(|byte| byte as u8);
+        (status, String::from_utf8_lossy(&text).trim_end_matches('\0').to_owned())
+    };
+    for allowed in [1.8, 2.7, 3.6] {
+        assert_eq!(build(allowed), (FootfallStatus::Ok, String::new()), "{allowed}");
+    }
+    for refused in [-1.0, 0.0, 1.7, 3.7, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let words = format!("min_supply_v is {refused} V; allowed are 1.8 to 3.6 V");
+        assert_eq!(build(refused), (FootfallStatus::Loop, words));
+    }
 }
 
 /// Both are memory of a caller with a mark, and each kind has a mark of its own.

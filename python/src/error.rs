@@ -16,9 +16,10 @@ pyo3::import_exception!(footfall._errors, FootfallError);
 pyo3::import_exception!(footfall._errors, InputError);
 
 /// Options of the program that its errors name, and what Python has for them.
-const OPTIONS: [(&str, &str); 9] = [
+const OPTIONS: [(&str, &str); 10] = [
     ("--axis", "axis"),
     ("--calibration", "calibration"),
+    ("--hip-sign", "hip_sign"),
     ("--knee-sign", "knee_sign"),
     ("--map", "columns"),
     ("--rate", "rate_hz"),
@@ -29,7 +30,7 @@ const OPTIONS: [(&str, &str); 9] = [
 ];
 
 /// The words of the program, and which arguments its options are in Python.
-fn in_python(text: String) -> String {
+pub(crate) fn in_python(text: String) -> String {
     let named = OPTIONS.into_iter().filter(|(option, _)| text.contains(option));
     let named: Vec<String> = named.map(|(option, argument)| format!("{option} is {argument}")).collect();
     if named.is_empty() { text } else { format!("{text} (arguments in Python: {})", named.join(", ")) }

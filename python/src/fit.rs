@@ -203,13 +203,13 @@ impl Fit {
 ///
 /// ``recording``: a ``Recording``, or the path of a file. ``kind``: ``shape`` (phase and Fourier series), ``phase-coupled`` (R1) or ``thesis``.
 /// ``harmonics``: of the shape, 1 to 8. ``follow``: the joint with the gait sensor, for a follower. ``events``: stride events that the follower
-/// uses, ``none``, ``peak`` or ``foot_switch``. ``low_pass``, ``knee_sign`` and ``stride_s`` (s): see ``Recording.condition``. ``robot``: a
+/// uses, ``none``, ``peak`` or ``foot_switch``. ``low_pass``, ``knee_sign``, ``hip_sign`` and ``stride_s`` (s): see ``Recording.condition``. ``robot``: a
 /// robot file. ``fit_limits``: scale and shift the joints into the limits of the robot. ``seed`` and ``evaluations``: of the search for
 /// the thesis' parameters. ``starts``: random starts of the certificate. An interrupt (Ctrl-C) ends it within about 50 ms and changes nothing; its
 /// computation ends with its stage.
 #[pyfunction]
 #[pyo3(signature = (recording, *, kind = "shape", harmonics = None, follow = None, events = "none", corrections = true,
-    low_pass = LowPassArgument::Name("customary".into()), knee_sign = None, stride_s = None, robot = None, fit_limits = false, seed = 1,
+    low_pass = LowPassArgument::Name("customary".into()), knee_sign = None, hip_sign = None, stride_s = None, robot = None, fit_limits = false, seed = 1,
     evaluations = 60_000, starts = 1000))]
 #[allow(clippy::too_many_arguments)] // They are keywords in Python.
 pub(crate) fn fit(
@@ -222,6 +222,7 @@ pub(crate) fn fit(
     corrections: bool,
     low_pass: LowPassArgument,
     knee_sign: Option<&str>,
+    hip_sign: Option<&str>,
     stride_s: Option<f64>,
     robot: Option<PathBuf>,
     fit_limits: bool,
@@ -251,7 +252,7 @@ pub(crate) fn fit(
     }
     let harmonics =
         harmonics.map(|count| arguments::whole("harmonics", count, 1, SERIES_HARMONICS as u64)).transpose()?;
-    let asked = Asked::of(low_pass, knee_sign, stride_s)?;
+    let asked = Asked::of(low_pass, knee_sign, hip_sign, stride_s)?;
     let recording = match recording.cast::<Recording>() {
         Ok(recording) => recording.clone(),
         Err(_) => Bound::new(py, crate::recording::of_path(py, recording.extract()?)?)?,

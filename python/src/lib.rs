@@ -53,13 +53,21 @@ mod _footfall {
     use super::recording::{Conditioned, Recording, read};
     #[pymodule_export]
     use super::servo::{Servo, robot, sensor_volts, servos};
+    use joint_loop::store::{generator_record, robot_record, sensor_record};
     use pyo3::prelude::*;
+    use pyo3::types::PyBytes;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         // Makes `numpy` load its array interface now: it cannot be loaded while an interrupt waits.
         super::arrays::column(module.py(), Vec::<f64>::new());
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        // By which `VirtualBoard` knows flash records.
+        let magic =
+            [("generator", generator_record::MAGIC), ("sensors", sensor_record::MAGIC), ("robot", robot_record::MAGIC)];
+        let magic: std::collections::BTreeMap<&str, Bound<'_, PyBytes>> =
+            magic.into_iter().map(|(name, word)| (name, PyBytes::new(module.py(), &word))).collect();
+        module.add("_RECORD_MAGIC", magic)?;
         module.add("JOINTS", joint_units::Joint::ALL.map(joint_units::Joint::name))
     }
 }

@@ -3,7 +3,7 @@
 use footfall::file::recording::{self, ReadSettings, Recorded, SensorCalibration};
 use gait_trace::clean::condition;
 use gait_trace::format::angle_unit::AngleUnit;
-use gait_trace::{Axis, Finding, KneeSign, LowPass, RawJoint, RawJoints, Rules};
+use gait_trace::{Axis, Finding, LowPass, PositiveDirection, RawJoint, RawJoints, Rules};
 use joint_units::Joint;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -42,12 +42,18 @@ impl Recording {
 /// What is asked about the conditioning of a recording.
 pub(crate) struct Asked {
     pub(crate) low_pass: LowPass,
-    pub(crate) knee_sign: Option<KneeSign>,
+    pub(crate) knee_sign: Option<PositiveDirection>,
+    pub(crate) hip_sign: Option<PositiveDirection>,
     pub(crate) stride_s: Option<f64>,
 }
 
 impl Asked {
-    pub(crate) fn of(low_pass: LowPassArgument, knee_sign: Option<&str>, stride_s: Option<f64>) -> PyResult<Self> {
+    pub(crate) fn of(
+        low_pass: LowPassArgument,
+        knee_sign: Option<&str>,
+        hip_sign: Option<&str>,
+        stride_s: Option<f64>,
+    ) -> PyResult<Self> {
         let low_pass = match low_pass {
             LowPassArgument::Hz(hz) => {
                 LowPass::At(arguments::within("low_pass", hz, 1.0, 100.0, " Hz, 'customary' or 'off'")?)
@@ -62,16 +68,20 @@ impl Asked {
                 return Err(error::input(format!("low_pass = {value}: allowed is 'customary', 'off' or 1 to 100 Hz")));
             }
         };
-        let knee_sign =
-            knee_sign.map(|sign| arguments::one_of("knee_sign", sign, KneeSign::ALL, KneeSign::name)).transpose()?;
+        let direction = |argument: &str, sign: Option<&str>| {
+            sign.map(|sign| arguments::one_of(argument, sign, PositiveDirection::ALL, PositiveDirection::name))
+                .transpose()
+        };
+        let (knee_sign, hip_sign) = (direction("knee_sign", knee_sign)?, direction("hip_sign", hip_sign)?);
         let stride_s = stride_s.map(|stride| arguments::within("stride_s", stride, 0.2, 20.0, " s")).transpose()?;
-        Ok(Self { low_pass, knee_sign, stride_s })
+        Ok(Self { low_pass, knee_sign, hip_sign, stride_s })
     }
 
     /// The rules, for a recording that may have been filtered before, and what to say about that.
     pub(crate) fn rules(&self, recorded: &Recorded) -> PyResult<(Rules, Option<String>)> {
         let (low_pass, note) = recorded.low_pass(self.low_pass).map_err(error::failure)?;
-        Ok((Rules { low_pass, knee_sign: self.knee_sign, stride_s: self.stride_s, ..Rules::default() }, note))
+        let Self { knee_sign, hip_sign, stride_s, .. } = *self;
+        Ok((Rules { low_pass, knee_sign, hip_sign, stride_s, ..Rules::default() }, note))
     }
 }
 
@@ -94,7 +104,8 @@ fn table<'py>(py: Python<'py>, columns: &[&[f64]], rows: usize) -> PyResult<Boun
 pub(crate) fn findings<'py>(py: Python<'py>, findings: &[Finding]) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let of = |finding: &Finding| {
         let joint = finding.joint.map_or("", Joint::name);
-        let fields = (finding.level().name(), finding.to_string(), joint, finding.from_s, finding.to_s);
+        let fields =
+            (finding.level().name(), error::in_python(finding.to_string()), joint, finding.from_s, finding.to_s);
         arrays::result(py, "Finding", fields)
     };
     findings.iter().map(of).collect()
@@ -232,16 +243,18 @@ impl Recording {
     ///
     /// ``low_pass``: ``off``, ``customary`` (zero-lag Butterworth, 6 Hz for walking, 12 Hz for running) or a corner frequency in Hz.
     /// ``knee_sign``: what the file counts as positive at the knees, ``flexion`` or ``extension``; by the angles if it is not given.
+    /// ``hip_sign``: the same at the hips; as the format defines it, else by the shape of the strides, if it is not given.
     /// ``stride_s``: duration of the stride, s, of a recording of one cycle. Defects that are warnings are issued as ``RecordingWarning``.
-    #[pyo3(signature = (*, low_pass = LowPassArgument::Name("off".into()), knee_sign = None, stride_s = None))]
+    #[pyo3(signature = (*, low_pass = LowPassArgument::Name("off".into()), knee_sign = None, hip_sign = None, stride_s = None))]
     fn condition(
         &self,
         py: Python<'_>,
         low_pass: LowPassArgument,
         knee_sign: Option<&str>,
+        hip_sign: Option<&str>,
         stride_s: Option<f64>,
     ) -> PyResult<Conditioned> {
-        let (rules, _) = Asked::of(low_pass, knee_sign, stride_s)?.rules(&self.recorded)?;
+        let (rules, _) = Asked::of(low_pass, knee_sign, hip_sign, stride_s)?.rules(&self.recorded)?;
         let raw = self.raw()?;
         let conditioned = py.detach(|| condition::condition(raw, &rules)).map_err(error::input)?;
         arrays::result(py, "_warn", (findings(py, &conditioned.findings)?,))?;
@@ -363,6 +376,7 @@ pub(crate) fn read(
         axis: axis.map(|axis| arguments::one_of("axis", axis, Axis::ALL, Axis::name)).transpose()?,
         topic,
         knee_sign: None,
+        hip_sign: None,
         stride_s: None,
         sideless: None,
     };

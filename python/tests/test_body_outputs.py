@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Callable, List
+from typing import Any, Callable, Dict, List, Tuple
 
 import pytest
 
@@ -16,7 +16,7 @@ from conftest import ROOT
 pytest.importorskip("mujoco")
 pytest.importorskip("matplotlib")
 
-from footfall.body import cli, outputs, picture, runs  # noqa: E402
+from footfall.body import board_feedback, cli, feedback, outputs, picture, runs, size  # noqa: E402
 
 WALKS = ROOT / "python" / "walks"
 
@@ -138,6 +138,50 @@ def test_runs_that_have_ended_are_printed_when_the_keyboard_stops_the_others(
         assert output.startswith("2 runs, ")
     monkeypatch.setattr(runs, "run", _interrupted(runs.run, 0))
     assert cli.main(["--rig", "hung", "--secs", "1", "--seeds", "9", "--quiet"]) == 1 and capsys.readouterr().out == ""
+
+
+FREE = ["--robot", "desk", "--gait", str(WALKS / "desk-free.toml"), "--robot-file", str(WALKS / "desk-free-robot.toml")]
+FEEDBACK = ["feedback", *FREE, "--seeds", "2", "--quiet"]
+LIMITS = feedback.Limits([False, False], [0.1, 0.2], [0.1, 0.2], [1.0, 2.0], [1.0, 2.0], 0.0)
+TRIAL = board_feedback.Trial([True, False], [True, True], 0.0)
+#: A command, the result of one of its parts, of which the keyboard stops the third, their list in ``--json``, what is said, and what the text has.
+STOPPED: Dict[str, Tuple[List[str], Any, str, Any, str, str, str]] = {
+    "size": (["size", "--robot", "person", "--speed", "1,1.2,1.4"], size, "by_inverse_dynamics", None, "runs", "2 of 3 gaits and speeds", "1.2    left_hip"),
+    "feedback": ([*FEEDBACK, "--law", "reset 0.5", "--law", "reset 0.25"], feedback, "limits", LIMITS, "laws", "2 of 3 laws", "| reset 0.5 |"),
+    "feedback of the loop": ([*FEEDBACK, "--loop", "0.3"], board_feedback, "trial", TRIAL, "trials", "2 of 6 trials", "| push 0.30 N s forwards |"),
+}
+
+
+@pytest.mark.parametrize("option", [[], ["--json"]])
+@pytest.mark.parametrize("name", STOPPED)
+def test_what_has_ended_is_printed_when_the_keyboard_stops_a_table(
+    name: str, option: List[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments, module, work, result, key, said, line = STOPPED[name]
+    works = getattr(module, work) if result is None else lambda *_, **__: result
+    monkeypatch.setattr(feedback, "heel_phase", lambda *_: 0.1)
+    monkeypatch.setattr(module, work, _interrupted(works, 2))
+    code = cli.main([*arguments, *option])
+    output, messages = capsys.readouterr()
+    assert code == 1 and f"error: stopped by the keyboard: {said} have ended" in messages
+    if option:
+        found = json.loads(output)
+        assert len(found[key]) == 2 and said in found["stopped"]
+    else:
+        assert line in output
+    monkeypatch.setattr(module, work, _interrupted(works, 0))
+    assert cli.main(arguments) == 1 and capsys.readouterr().out == ""
+
+
+def test_the_table_of_worn_comes_before_a_picture_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", full)
+    code = cli.main(["worn", "--event", "estop", "--quiet", "--picture", str(tmp_path / "torque.png")])
+    output, messages = capsys.readouterr()
+    assert code == 1 and "right_knee" in output and "cannot be written: No space left on device" in messages and os.listdir(tmp_path) == []
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no group of processes that the keyboard reaches")

@@ -56,6 +56,19 @@ def test_a_doubtful_recording_warns(samples: Path) -> None:
     assert any(warning.category is footfall.RecordingWarning and "left hip" in str(warning.message) for warning in issued)
 
 
+def test_the_sign_of_the_hips_may_be_named(samples: Path) -> None:
+    recording = footfall.read(samples / "walk.csv")
+    mirrored = footfall.Recording.of_arrays(recording.time_s, recording.angles_rad * [-1.0, -1.0, 1.0, 1.0], recording.joints)
+    turned = mirrored.condition()
+    np.testing.assert_allclose(turned.angles_rad, recording.condition().angles_rad, rtol=1e-12)
+    assert any("(arguments in Python: --hip-sign is hip_sign)" in finding.text for finding in turned.findings)
+    kept = mirrored.condition(hip_sign="flexion")
+    np.testing.assert_allclose(kept.angles_rad[:, :2], -recording.angles_rad[:, :2], rtol=1e-12)
+    assert any("as requested" in finding.text and finding.level == "note" for finding in kept.findings)
+    with pytest.raises(footfall.InputError, match="hip_sign = 'up': allowed is one of flexion, extension"):
+        mirrored.condition(hip_sign="up")
+
+
 def test_volts_are_read_through_a_calibration(samples: Path) -> None:
     knee = footfall.read(samples / "oscilloscope.csv", columns={"left_knee": "CH1"}, calibration=samples / "sensor.toml")
     assert knee.joints == ["left_knee"] and knee.angles_rad.shape[1] == 1

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._errors import BoardError, InputError
+from ._footfall import _RECORD_MAGIC
 from ._results import Floats
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -31,11 +32,11 @@ _SENSORS = ("PA1", "PC1", "PB0", "PB1")
 _FOOT = "PC5"
 #: Addresses of the flash records.
 _SECTORS = {"generator": 0x0800_4000, "sensors": 0x0800_8000, "robot": 0x0800_C000}
-#: First bytes of the flash records, and the arguments of `footfall pack` that make one.
-_MAGIC = {
-    "generator": (b"FFWK", "generator.toml -o generator.bin"),
-    "sensors": (b"FFSN", "--sensor left_hip=sensor.toml -o sensors.bin"),
-    "robot": (b"FFRB", "--robot robot.toml -o robot.bin"),
+#: Arguments of `footfall pack` that make a flash record.
+_PACK = {
+    "generator": "generator.toml -o generator.bin",
+    "sensors": "--sensor left_hip=sensor.toml -o sensors.bin",
+    "robot": "--robot robot.toml -o robot.bin",
 }
 #: The last bytes of the log that are kept for an error, as the board's buffer has.
 _LOG_BYTES = 65_536
@@ -245,8 +246,8 @@ class VirtualBoard:
         """Does what a person does to arm the board, in steps of ``step_s`` s: tests the emergency stop, holds the button for 0.5 s, releases it.
 
         ``body`` takes each step and returns the volts of the next one, V, as :meth:`step` takes them; without it they stay. Returns the step in which
-        the servos' supply went on. :class:`BoardError` if it is off 1 s after the release: its text has the lamps that are lit, and the
-        file of the last bytes of the log, with the command that shows it.
+        the servos' supply went on. :class:`BoardError` if it is off 1 s after the release: its text has the lamps that are lit, its
+        ``log`` the last bytes of the log, which the command in the text shows once they are written to a file.
         """
         at_s, gestures = 0.0, [(0.05, "stop", True), (0.15, "stop", False), (0.2, "button", True), (0.7, "button", False)]
         volts: Optional[Volts] = None
@@ -260,7 +261,9 @@ class VirtualBoard:
                 return done
             at_s += step_s
             volts = body(done) if body else None
-        raise BoardError(f"the board does not arm: the outputs are off {self.time_s:.3f} s after power-on; {self._why()}")
+        error = BoardError(f"the board does not arm: the outputs are off {self.time_s:.3f} s after power-on; {self._why()}")
+        error.log = bytes(self._log)
+        raise error
 
     def close(self) -> Verdict:
         """Ends the run at the next whole millisecond, and returns the judge's verdict; its names have the units."""
@@ -288,13 +291,12 @@ class VirtualBoard:
         return self._verdict
 
     def _why(self) -> str:
-        """Lamps and log of a board that does not do what it should."""
+        """Lamps of a board that does not do what it should, and how to see its log."""
         lit = ", ".join(sorted(pin for pin, on in self._lamps.items() if on)) or "none"
         if not self._log:
             return f"lamps that are lit: {lit}; its log is empty"
-        with tempfile.NamedTemporaryFile(prefix="footfall-", suffix=".rtt", delete=False) as file:
-            file.write(self._log)
-        return f"lamps that are lit: {lit}; the end of its log: `footfall watch --elf {self._elf} --rtt {file.name}`"
+        show = f"`footfall watch --elf {self._elf} --rtt board.rtt`"
+        return f"lamps that are lit: {lit}; the end of its log is in `log` of this error: write it to a file `board.rtt`, and {show} shows it"
 
     def _greeting(self) -> Optional[List[Dict[str, Any]]]:
         first = self._line()
@@ -377,15 +379,15 @@ def _file(path: PathLike) -> str:
 
 def _record(name: str, path: PathLike) -> str:
     """The file of a flash record, which begins with the word of its kind."""
-    magic, arguments = _MAGIC[name]
+    magic = _RECORD_MAGIC[name]
     file = _file(path)
     with open(file, "rb") as opened:
         found = opened.read(len(magic))
     if found != magic:
-        kinds = {first: f"a {kind} record" for kind, (first, _) in _MAGIC.items()}
+        kinds = {first: f"a {kind} record" for kind, first in _RECORD_MAGIC.items()}
         what = kinds.get(found, "a TOML file, not a record" if file.endswith(".toml") else "no flash record")
         raise InputError(
-            f"{name} = {file}: is {what}; allowed is a {name} record, which begins with {magic.decode()}: `footfall pack {arguments}` makes one"
+            f"{name} = {file}: is {what}; allowed is a {name} record, which begins with {magic.decode()}: `footfall pack {_PACK[name]}` makes one"
         )
     return file
 

@@ -12,6 +12,9 @@ class InputError(FootfallError, ValueError):
 class BoardError(FootfallError):
     """The virtual board ended, cannot go on or gave a pulse that no servo may get; the text says why, with times in s and widths in us."""
 
+    #: The last bytes of the log of a board that does not arm, at most 65536, as a debug probe reads them; else empty. No unit.
+    log: bytes = b""
+
 
 class RecordingWarning(UserWarning):
     """A recording may not be what it seems; the text has the place in seconds and the angles in degrees."""

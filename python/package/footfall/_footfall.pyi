@@ -14,6 +14,7 @@ _LowPass = Union[str, float]
 
 __version__: str
 JOINTS: List[str]
+_RECORD_MAGIC: Dict[str, bytes]
 
 class Generator:
     @classmethod
@@ -81,7 +82,12 @@ class Recording:
     def to_numpy(self, *, unit: str = "rad") -> npt.NDArray[Any]: ...
     def to_pandas(self, *, unit: str = "rad") -> pandas.DataFrame: ...
     def condition(
-        self, *, low_pass: _LowPass = "off", knee_sign: Optional[str] = None, stride_s: Optional[float] = None
+        self,
+        *,
+        low_pass: _LowPass = "off",
+        knee_sign: Optional[str] = None,
+        hip_sign: Optional[str] = None,
+        stride_s: Optional[float] = None,
     ) -> Conditioned: ...
 
 class Conditioned:
@@ -273,6 +279,7 @@ def fit(
     corrections: bool = True,
     low_pass: _LowPass = "customary",
     knee_sign: Optional[str] = None,
+    hip_sign: Optional[str] = None,
     stride_s: Optional[float] = None,
     robot: Optional[_Path] = None,
     fit_limits: bool = False,

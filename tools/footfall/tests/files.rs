@@ -118,6 +118,14 @@ fn options_complete_a_recording_and_never_contradict_it() {
     assert!(code == Some(2) && text.contains("`--knee-sign flexion`"), "{text}");
     let (code, text) = convert(&both, &["--knee-sign", "extension"]);
     assert!(code == Some(0) && text.contains("as requested"), "{text}");
+    let hip = table("time_s,left_hip_deg", 331, &|n| {
+        format!("{},{:.4}", n as f64 / 100.0, 20.0 + 20.0 * (n as f64 / 100.0 * std::f64::consts::TAU / 1.1).sin())
+    });
+    let (code, text) = convert(&hip, &["--hip-sign", "extension"]);
+    assert!(code == Some(0) && text.contains("left hip: extension is positive in the file (as requested)"), "{text}");
+    let angles = csv_file::read(&out).unwrap();
+    assert!(angles.channel("left_hip").unwrap().values().iter().all(|angle| (-40.1..0.1).contains(angle)));
+    assert!(std::fs::read_to_string(&out).unwrap().contains("--hip-sign extension"));
     let cycle = table("percent,left_knee_deg", 101, &|n| format!("{n},{:.4}", knee(n as f64 * 0.011)));
     let (code, text) = convert(&cycle, &[]);
     assert!(code == Some(0) && text.contains("`--stride-time S` gives the real duration"), "{text}");

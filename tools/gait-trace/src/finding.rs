@@ -1,6 +1,8 @@
 //! Defects found in a recording and what was done about each, as sentences for the report.
 
-use crate::clean::knee_sign::{KneeSign, KneeSignReason, TakenKneeSign};
+use crate::clean::hip_sign::{HipSignDoubt, HipSignReason, TakenHipSign};
+use crate::clean::knee_sign::{KneeSignReason, TakenKneeSign};
+use crate::clean::positive_direction::PositiveDirection;
 use joint_units::Joint;
 use std::fmt;
 
@@ -98,16 +100,14 @@ pub enum FindingKind {
     },
     /// The sign of a knee that was taken, and why.
     KneeSign(TakenKneeSign),
-    /// The file counts the extension of a hip as positive.
-    ExtensionPositive {
-        /// Mean angle in the file, degrees.
-        mean_deg: f64,
-    },
-    /// The indicators of the sign contradict each other.
+    /// The sign of a hip that was taken, and why.
+    HipSign(TakenHipSign),
+    /// The indicators of the sign of a hip contradict each other, and nothing else says it.
     SignUnclear,
     /// The columns of hip and knee of one leg appear to be exchanged.
     HipIsKnee,
-    /// Each knee moves in the phase of the other leg's hip, or both hips count extension as positive.
+    /// Each knee moves in the phase of the other leg's hip: exchanged, or of a person who walks backwards, or both hips count extension as
+    /// positive.
     KneesCrossed,
     /// Left and right are not half a stride apart.
     NotOpposed {
@@ -202,6 +202,10 @@ impl Finding {
             | FindingKind::Drift { .. } => Level::Warning,
             FindingKind::RepeatedTimes { rows, of } if rows * MANY_REPEATED > of => Level::Warning,
             FindingKind::ReceivedTimes { share } if share > LONG_DELAYS => Level::Warning,
+            FindingKind::HipSign(TakenHipSign { why: HipSignReason::Knees, .. }) => Level::Warning,
+            FindingKind::HipSign(TakenHipSign { why, doubt: Some(_), .. }) if !matches!(why, HipSignReason::Asked) => {
+                Level::Warning
+            }
             _ => Level::Note,
         }
     }
@@ -294,17 +298,21 @@ impl fmt::Display for Finding {
             }
             FindingKind::Still { range_deg } => write!(f, "{joint}: moves by only {range_deg:.1} deg")?,
             FindingKind::KneeSign(taken) => knee_sign(f, &joint, taken)?,
-            FindingKind::ExtensionPositive { mean_deg } => {
-                write!(f, "{joint}: the file counts extension as positive (mean {mean_deg:.0} deg)")?;
-            }
+            FindingKind::HipSign(taken) => hip_sign(f, &joint, taken)?,
             FindingKind::SignUnclear => {
-                write!(f, "{joint}: it is unclear whether flexion is positive")?;
+                write!(
+                    f,
+                    "{joint}: it is unclear whether flexion is positive, as in walking backwards; `--hip-sign flexion|extension` names the sign"
+                )?;
             }
             FindingKind::HipIsKnee => {
                 write!(f, "{side} leg: the hip column moves like a knee and the knee column like a hip")?;
             }
             FindingKind::KneesCrossed => {
-                write!(f, "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged")?;
+                write!(
+                    f,
+                    "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged, or the person walks backwards"
+                )?;
             }
             FindingKind::NotOpposed { cycles } => {
                 let hint = if cycles < IN_PHASE {
@@ -334,6 +342,16 @@ impl fmt::Display for Finding {
                 Ok(())
             }
             (FindingKind::Held { .. }, _) => Ok(()),
+            (FindingKind::HipSign(TakenHipSign { sign, why: HipSignReason::Shape, .. }), _) => {
+                let file = sign.opposite().name();
+                write!(f, "; the sign was changed; `--hip-sign {file}` keeps it, as walking backwards may need")
+            }
+            (
+                FindingKind::HipSign(TakenHipSign { sign, doubt: Some(HipSignDoubt::OtherShape), .. }),
+                Done::Reported,
+            ) => {
+                write!(f, "; not changed; `--hip-sign {}` changes it", sign.opposite().name())
+            }
             (_, Done::Bridged) => f.write_str("; replaced by a cubic"),
             (_, Done::LeftOut) => f.write_str("; left out"),
             (_, Done::Reported) => f.write_str("; not changed"),
@@ -348,12 +366,36 @@ impl fmt::Display for Finding {
 /// The sign of a knee, and why it was taken.
 fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> fmt::Result {
     let TakenKneeSign { sign, why, least_deg, most_deg } = taken;
-    let opposite = if sign == KneeSign::Extension { "flexion" } else { "overextension" };
+    let opposite = if sign == PositiveDirection::Extension { "flexion" } else { "overextension" };
     write!(f, "{joint}: {} is positive in the file ({least_deg:.1} to {most_deg:.1} deg: ", sign.name())?;
     match why {
         KneeSignReason::Range => write!(f, "too far for {opposite} of a knee)"),
         KneeSignReason::OtherKnee => write!(f, "one sign for both knees, and the other one shows it)"),
         KneeSignReason::Shape => write!(f, "by the shape of the strides; `--knee-sign` names another)"),
         KneeSignReason::Asked => write!(f, "as requested)"),
+    }
+}
+
+/// The sign of a hip, why it was taken, and what speaks against it.
+fn hip_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenHipSign) -> fmt::Result {
+    let TakenHipSign { sign, why, doubt, mean_deg } = taken;
+    write!(f, "{joint}: {} is positive in the file (", sign.name())?;
+    match why {
+        HipSignReason::Asked => f.write_str("as requested)"),
+        HipSignReason::Format(why) => write!(f, "{why})"),
+        HipSignReason::Computed => f.write_str("computed from positions)"),
+        HipSignReason::Knees => f.write_str(
+            "computed from positions with a forward to which the knee does not bend: left and right may be exchanged)",
+        ),
+        HipSignReason::Shape => write!(f, "by the shape of the strides, with a mean of {mean_deg:.0} deg)"),
+    }?;
+    match doubt {
+        Some(HipSignDoubt::OtherShape) => f.write_str(
+            ", but its strides have the shape of the other sign, as those of a person who walks backwards may have",
+        ),
+        Some(HipSignDoubt::NoShape) => {
+            f.write_str(", but its strides do not have the shape of a usual gait, as those of walking backwards do not")
+        }
+        None => Ok(()),
     }
 }

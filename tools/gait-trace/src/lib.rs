@@ -30,6 +30,8 @@
 //! | [`clean::rules`] | thresholds of the conditioning, and its low-pass |
 //! | [`clean::convention`] | signs and exchanged columns, recognised by the shape of the gait |
 //! | [`clean::knee_sign`] | the sign of the knees: one decision for both |
+//! | [`clean::hip_sign`] | the sign of a hip: the caller's, that of the format, else by the shape of the gait |
+//! | [`clean::positive_direction`] | flexion or extension |
 //! | [`clean::anatomy`] | angles that no person has |
 //! | [`clean::repair`] | resampling of uneven times, bridges over gaps, jumps |
 //! | [`clean::resample`] | linear interpolation to a fixed rate |
@@ -81,13 +83,15 @@ pub mod volts;
 
 pub use clean::condition::{Conditioned, condition};
 pub use clean::condition_error::ConditionError;
-pub use clean::knee_sign::{KneeSign, KneeSignReason, TakenKneeSign};
+pub use clean::hip_sign::{HipSignReason, TakenHipSign};
+pub use clean::knee_sign::{KneeSignReason, TakenKneeSign};
+pub use clean::positive_direction::PositiveDirection;
 pub use clean::resample::ResampleError;
 pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
 pub use finding::{Done, Finding, FindingKind, Level};
 pub use options::{Axis, MapError, ReadOptions, RowFilter};
-pub use raw::{RawJoint, RawJoints, UnitSource};
+pub use raw::{RawJoint, RawJoints, SignSource, UnitSource};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };

@@ -34,6 +34,24 @@ impl fmt::Display for UnitSource {
     }
 }
 
+/// What a file or its format says about the sign of a hip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SignSource {
+    /// Nothing.
+    Unknown,
+    /// Flexion is positive by definition; with the reason.
+    Format(&'static str),
+    /// The reader computed the angles from positions, with flexion positive if the person's forward is known.
+    Computed,
+}
+
+impl SignSource {
+    /// [`Self::Format`] with that reason if the format defines the sign, else [`Self::Unknown`].
+    pub(crate) const fn by_format(is_defined: bool, why: &'static str) -> Self {
+        if is_defined { Self::Format(why) } else { Self::Unknown }
+    }
+}
+
 /// One column of a file that was recognised as a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawJoint {
@@ -41,15 +59,22 @@ pub struct RawJoint {
     pub column: String,
     /// Where the unit is from. The angles below are in degrees, whatever the file has.
     pub unit: UnitSource,
+    /// What is known about its sign.
+    pub sign: SignSource,
     /// Angle in degrees with the file's own sign, one value per row; NaN where the file has no value.
     pub angle_deg: Vec<f64>,
 }
 
 impl RawJoint {
-    /// A column of degrees, as a file states them.
+    /// A column of degrees, as a file states them; nothing says its sign.
     #[must_use]
     pub fn degrees(column: impl Into<String>, angle_deg: Vec<f64>) -> Self {
-        Self { column: column.into(), unit: UnitSource::Stated(AngleUnit::Degrees), angle_deg }
+        Self {
+            column: column.into(),
+            unit: UnitSource::Stated(AngleUnit::Degrees),
+            sign: SignSource::Unknown,
+            angle_deg,
+        }
     }
 }
 

@@ -5,7 +5,7 @@ mod synthetic;
 
 use gait_trace::LowPass;
 use gait_trace::condition;
-use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, KneeSign, Level, RawJoints, Rules};
+use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, Level, PositiveDirection, RawJoints, Rules};
 use joint_units::Joint;
 use proptest::prelude::*;
 use synthetic::{angle, column, raw, times, walk};
@@ -244,7 +244,7 @@ fn knees_that_show_no_sign_need_the_callers() {
         "walk.csv: it is unclear whether flexion or extension of the knees is positive (-20.0 to 20.0 deg); allowed is `--knee-sign flexion` or `--knee-sign extension`"
     );
     let with = |sign| condition(&raw, &Rules { knee_sign: Some(sign), ..Rules::default() }).unwrap();
-    let (flexion, extension) = (with(KneeSign::Flexion), with(KneeSign::Extension));
+    let (flexion, extension) = (with(PositiveDirection::Flexion), with(PositiveDirection::Extension));
     let knee = raw.joints[2].as_ref().unwrap().angle_deg.as_slice();
     assert_eq!(flexion.joint(Joint::LeftKnee), Some(knee));
     let turned: Vec<f64> = knee.iter().map(|x| -x).collect();

@@ -162,7 +162,7 @@ fn angles_that_no_person_has_are_refused_with_what_is_allowed() {
     let (error, said) = refused(&shifted(150.0, 0.0));
     assert!(matches!(error, ConditionError::Impossible { .. }), "{said}");
     assert!(said.contains("left_hip reaches") && said.contains("allowed are -70 to 150"), "{said}");
-    let asked = Rules { knee_sign: Some(gait_trace::KneeSign::Flexion), ..Rules::default() };
+    let asked = Rules { knee_sign: Some(gait_trace::PositiveDirection::Flexion), ..Rules::default() };
     let error = condition(&shifted(0.0, 100.0), &asked).unwrap_err().to_string();
     assert!(error.contains("left_knee has a mean of 123.6") && error.contains("zero of the angle"), "{error}");
     let done = condition(&shifted(90.0, 0.0), &Rules::default()).unwrap();

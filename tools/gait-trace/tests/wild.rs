@@ -5,7 +5,8 @@
 use gait_trace::format::open;
 use gait_trace::stride::strides::segment;
 use gait_trace::{
-    Conditioned, Done, Finding, FindingKind, KneeSign, KneeSignReason, RawJoints, ReadOptions, Rules, condition,
+    Conditioned, Done, Finding, FindingKind, KneeSignReason, PositiveDirection, RawJoints, ReadOptions, Rules,
+    condition,
 };
 use joint_units::Joint;
 use std::process::ExitCode;
@@ -59,10 +60,10 @@ fn both_knees_of_half_a_stride_are_turned() {
             _ => None,
         })
     };
-    assert_eq!(why(Joint::LeftKnee), Some((KneeSign::Extension, KneeSignReason::Range)));
-    assert_eq!(why(Joint::RightKnee), Some((KneeSign::Extension, KneeSignReason::OtherKnee)));
+    assert_eq!(why(Joint::LeftKnee), Some((PositiveDirection::Extension, KneeSignReason::Range)));
+    assert_eq!(why(Joint::RightKnee), Some((PositiveDirection::Extension, KneeSignReason::OtherKnee)));
     // The caller's sign goes before it.
-    let asked = Rules { knee_sign: Some(KneeSign::Flexion), ..Rules::default() };
+    let asked = Rules { knee_sign: Some(PositiveDirection::Flexion), ..Rules::default() };
     assert!(is_near(extent(conditioned(&raw, &asked).joint(Joint::LeftKnee).unwrap()), (-44.6, -11.4)));
 }
 

@@ -122,7 +122,7 @@ def table(found: Dict[str, Trial], share: float) -> List[str]:
 def trials(
     robot: Robot, generator: Generator, robot_file: Path, share: float, seeds: Sequence[int], kind: str, seconds: float, *, progress: bool
 ) -> Dict[str, Trial]:
-    """Every trial with a share at both knees, no unit, and without, for a time, s."""
+    """Every trial with a share at both knees, no unit, and without, for a time, s; those that have ended, if the keyboard stops them after the first one."""
     with open(robot_file, encoding="utf-8") as file:
         text = file.read()
     found: Dict[str, Trial] = {}
@@ -131,8 +131,12 @@ def trials(
         for path, one in zip(files, (0.0, share)):
             with open(path, "w", encoding="utf-8") as file:
                 file.write(with_share(text, one))
-        for name, (slope_deg, push_ns) in TRIALS.items():
-            found[name] = trial(robot, generator, files, seeds, kind, slope_deg, push_ns, seconds)
-            if progress:
-                print(table({name: found[name]}, share)[-1], file=sys.stderr, flush=True)
+        try:
+            for name, (slope_deg, push_ns) in TRIALS.items():
+                found[name] = trial(robot, generator, files, seeds, kind, slope_deg, push_ns, seconds)
+                if progress:
+                    print(table({name: found[name]}, share)[-1], file=sys.stderr, flush=True)
+        except KeyboardInterrupt:
+            if not found:
+                raise
     return found

@@ -56,29 +56,46 @@ def _walk(options: argparse.Namespace) -> int:
     return 1 if runs.stopped else 0
 
 
-def _size(options: argparse.Namespace, gaits: Sequence[Optional[str]], speeds: Sequence[float]) -> None:
-    robot, found = named_robot(options.robot), []
-    by_servos = bool(robot.servo or options.servo)
-    for gait in gaits:
-        for speed in speeds:
-            one = argparse.Namespace(**{**vars(options), "gait": gait, "speed": speed})
-            why_not, limited_share = None, None
-            if by_servos:
-                runs = _all_of(one)
-                why_not, limited_share = why_it_does_not_walk(one, runs), together(runs.each)["limited_share_mean"]
-                rows = size.of_traces(runs.traces)
-                choice = [] if options.elf else [_with_servo(one, name, why_not) for name in servos()]
-            else:
-                rows, choice = size.by_inverse_dynamics(robot, named_generator(gait, speed), options.secs)
-            line = {"gait": gait or "default walk", "speed": speed, "joints": rows, "servos": choice}
-            found.append({**line, "limited_share": limited_share, "walks_why_not": why_not})
+def _kept(ended: int, asked: int, what: str) -> Optional[str]:
+    """What is said where the keyboard stopped a command that shows the results that it has; ``None`` if it has all. ``what`` they are of. No unit."""
+    return None if ended == asked else f"stopped by the keyboard: {ended} of {asked} {what} have ended"
+
+
+def _sized(options: argparse.Namespace, gait: Optional[str], speed: float) -> Dict[str, Any]:
+    """Torques (N m), speeds (deg/s) and servos of one gait at one speed."""
+    robot = named_robot(options.robot)
+    one = argparse.Namespace(**{**vars(options), "gait": gait, "speed": speed})
+    why_not, limited_share = None, None
+    if robot.servo or options.servo:
+        runs = _all_of(one)
+        why_not, limited_share = why_it_does_not_walk(one, runs), together(runs.each)["limited_share_mean"]
+        rows = size.of_traces(runs.traces)
+        choice = [] if options.elf else [_with_servo(one, name, why_not) for name in servos()]
+    else:
+        rows, choice = size.by_inverse_dynamics(robot, named_generator(gait, speed), options.secs)
+    line = {"gait": gait or "default walk", "speed": speed, "joints": rows, "servos": choice}
+    return {**line, "limited_share": limited_share, "walks_why_not": why_not}
+
+
+def _size(options: argparse.Namespace, gaits: Sequence[Optional[str]], speeds: Sequence[float]) -> Optional[str]:
+    """Prints the tables of all gaits and speeds, or of those that have ended when the keyboard stops it: then it returns that. No unit."""
+    asked, found = [(gait, speed) for gait in gaits for speed in speeds], []
+    try:
+        for gait, speed in asked:
+            found.append(_sized(options, gait, speed))
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    stopped = _kept(len(found), len(asked), "gaits and speeds")
+    by_servos = bool(named_robot(options.robot).servo or options.servo)
     how = f"rig {options.rig}, with servos" if by_servos else "legs that hang and move along the gait, without servos"
     if options.json:
         what = {name: value for name, value in settings(options).items() if name not in ("gait", "speed")}
-        show(json.dumps({"simulation": True, **what, "how": how, "runs": found}))
-        return
+        show(json.dumps({"simulation": True, **what, "how": how, "stopped": stopped, "runs": found}))
+        return stopped
     body = options.robot + (f" with {options.robot_file}" if options.robot_file else "")
     show("\n".join([f"{body}, {how}; enough for 95 and for 100 % of the time; simulation", *size.table(found)]))
+    return stopped
 
 
 def _all_of(options: argparse.Namespace) -> Runs:
@@ -103,38 +120,53 @@ def _what(options: argparse.Namespace) -> Dict[str, Any]:
     return {name: getattr(options, name) for name in ("robot", "robot_file", "gait", "secs")}
 
 
-def _feedback(options: argparse.Namespace) -> str:
-    """The tables of what robots stand with each law, or with those of `--law`, and of the differences to none; 50 robots without `--seeds`."""
+def _feedback(options: argparse.Namespace) -> Optional[str]:
+    """Prints what robots stand with each law, or with those of `--law`, and the differences to none; 50 robots without `--seeds`.
+
+    Where the keyboard stops it, it prints the laws that have ended, and returns that. No unit.
+    """
     seeds = range(1, (options.seeds or 50) + 1)
     if options.loop is not None:
         return _feedback_of_loop(options, seeds)
     robot, gait = named_robot(options.robot), feedback.gait_of(named_generator(options.gait), options.robot_file)
     heel = feedback.heel_phase(gait, robot, options.robot_file)
-    names = ["none", *(name for name in options.law or feedback.LAWS if name != "none")]
+    names = list(dict.fromkeys(["none", *(options.law or feedback.LAWS)]))
     stood: Dict[str, feedback.Limits] = {}
-    for name in dict.fromkeys(names):
-        stood[name] = feedback.limits(gait, robot, options.robot_file, feedback.LAWS[name], seeds, options.kind, heel_cycles=heel, seconds=options.secs)
-        if not options.quiet:
-            lines = feedback.row(name, stood[name]), feedback.gain_row(name, stood[name], stood["none"])
-            print(f"law {len(stood)} of {len(dict.fromkeys(names))}, and its differences to none:", *lines, sep="\n", file=sys.stderr, flush=True)
+    try:
+        for name in names:
+            stood[name] = feedback.limits(gait, robot, options.robot_file, feedback.LAWS[name], seeds, options.kind, heel_cycles=heel, seconds=options.secs)
+            if not options.quiet:
+                lines = feedback.row(name, stood[name]), feedback.gain_row(name, stood[name], stood["none"])
+                print(f"law {len(stood)} of {len(names)}, and its differences to none:", *lines, sep="\n", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        if not stood:
+            raise
+    stopped = _kept(len(stood), len(names), "laws")
     if options.json:
         laws = [{"law": name, **vars(one), "gain": feedback.gain(one, stood["none"])} for name, one in stood.items()]
-        return json.dumps({"simulation": True, **_what(options), "robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "laws": laws})
+        whole = {"robots": len(seeds), "kind": options.kind, "heel_cycles": heel, "stopped": stopped, "laws": laws}
+        show(json.dumps({"simulation": True, **_what(options), **whole}))
+        return stopped
     head = f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s, left heel at {heel:.3f} cycles; simulation, not shown on a robot"
-    return "\n".join([head, "", *feedback.tables(stood)])
+    show("\n".join([head, "", *feedback.tables(stood)]))
+    return stopped
 
 
-def _feedback_of_loop(options: argparse.Namespace, seeds: Sequence[int]) -> str:
-    """The table of what robots stand with feedback in the control loop of the boards, and without."""
+def _feedback_of_loop(options: argparse.Namespace, seeds: Sequence[int]) -> Optional[str]:
+    """The same with feedback in the control loop of the boards, and without."""
     generator, share = named_generator(options.gait), options.loop
     found = board_feedback.trials(
         named_robot(options.robot), generator, options.robot_file, share, seeds, options.kind, options.secs, progress=not options.quiet
     )
+    stopped = _kept(len(found), len(board_feedback.TRIALS), "trials")
     if options.json:
         each = [{"trial": name, **vars(one), "only_with": one.only_with, "only_without": one.only_without} for name, one in found.items()]
-        return json.dumps({"simulation": True, **_what(options), "robots": len(seeds), "kind": options.kind, "feedback": share, "trials": each})
+        whole = {"robots": len(seeds), "kind": options.kind, "feedback": share, "stopped": stopped, "trials": each}
+        show(json.dumps({"simulation": True, **_what(options), **whole}))
+        return stopped
     head = f"{len(seeds)} robots, {options.kind} seeds, {options.secs:g} s, the control loop of the boards; simulation, not shown on a robot"
-    return "\n".join([head, "", *board_feedback.table(found, share)])
+    show("\n".join([head, "", *board_feedback.table(found, share)]))
+    return stopped
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -146,16 +178,17 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return report.main(given[1:])
     try:
         options, gaits, speeds = command_line.read(given)
-        if options.command == "feedback":
-            show(_feedback(options))
+        if options.command in ("feedback", "size"):
+            stopped = _feedback(options) if options.command == "feedback" else _size(options, gaits, speeds)
+            if stopped:
+                _error(stopped)
+                return 1
         elif options.command == "defaults":
             show(body_file.text_of(named_robot(options.robot)))
         elif options.command == "search":
             text, may_be_used = searched(options)
             show(text)
             return 0 if may_be_used else 1
-        elif options.command == "size":
-            _size(options, gaits, speeds)
         else:
             return _walk(options)
     except (InputError, OSError) as error:

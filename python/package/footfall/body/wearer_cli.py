@@ -7,8 +7,9 @@ import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -171,7 +172,8 @@ def _worn(options: argparse.Namespace, person: Person, event: Event, pulses: Pul
     return wear(motion, frames, supplies, servo=servo, supply_v=supply_v, cuff_nm_rad=cuff, robot_file=options.robot_file)
 
 
-def _events(options: argparse.Namespace) -> str:
+def _events(options: argparse.Namespace) -> Tuple[str, Optional[Callable[[], None]]]:
+    """The tables of all events, and what draws the picture."""
     person = Person(options.recording)
     follower = person.fitted.generator() if options.follower is None else Generator.read(options.follower)
     wanted = [event for event in wearer.events(person.stride_s) if event.name in (options.event or [event.name]) and (options.elf or not event.inject)]
@@ -179,7 +181,7 @@ def _events(options: argparse.Namespace) -> str:
     walk: Optional[Tuple[Pulses, Dict[str, Worn], float]] = None
     walks_s = wearer.seconds_of([event.name for event in wanted], wanted)
     locked: Optional[Pulses] = None
-    drawn = False
+    draw: Optional[Callable[[], None]] = None
     for event in wanted:
         of_walk = event.name in OF_THE_WALK
         seconds = walks_s if of_walk else EVENT_AT_S + event.shown_s
@@ -205,15 +207,15 @@ def _events(options: argparse.Namespace) -> str:
             called = _called(*case)
             row: Dict[str, Any] = {"event": event.name, "what": event.text, "from_s": from_s, "to_s": to_s, "joints": wearer.judged(all_worn[called], from_s, to_s)}
             rows[called].append(row)
-        if options.picture is not None and not drawn:
-            drawn = True
-            case = _cases(options)[0]
-            picture.torques(all_worn[_called(*case)], from_s, to_s, options.picture, f"{event.text}; {_called(*case)}")
+        if options.picture is not None and draw is None:
+            called = _called(*_cases(options)[0])
+            draw = partial(picture.torques, all_worn[called], from_s, to_s, options.picture, f"{event.text}; {called}")
         _say(options, f"{event.name}: done")
     bounds = {servo: _bounds(person, servo, supply_v) for servo, supply_v, _ in _cases(options)}
     locked_s = None if walk is None else walk[0].locked_s
     if options.json:
-        return json.dumps({"simulation": True, "image": options.elf is not None, "locked_s": locked_s, "bounds": bounds, "tables": rows})
+        whole = {"simulation": True, "image": options.elf is not None, "locked_s": locked_s, "bounds": bounds, "tables": rows}
+        return json.dumps(whole), draw
     lines = [f"simulation, not shown on a robot or a person; {'flashed image' if options.elf else 'control loop'}, {options.recording}"]
     if walk is not None and walk[0].locked_s is not None:
         lines.append(f"locked {walk[0].locked_s - wearer.WALKS_AT_S:.2f} s after the person begins to walk, then for {100.0 * walk[0].locked_share:.0f} % of the time")
@@ -231,7 +233,7 @@ def _events(options: argparse.Namespace) -> str:
                 cells += f"{one['peak_n']:9.1f}{one['above_s']:9.2f}" + (f"{'-':>11}" if asked is None else f"{asked:11.2f}")
                 cells += f"{one['driven_apart_rms_deg']:11.2f}"
                 lines.append(f"{name:8}{joint:12}{cells}")
-    return "\n".join(lines)
+    return "\n".join(lines), draw
 
 
 def _sensor_joint(follower: Generator) -> str:
@@ -307,7 +309,12 @@ def main(arguments: Sequence[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
         _check(options)
-        show(_faults(options) if options.faults else _events(options))
+        text, draw = (_faults(options), None) if options.faults else _events(options)
+        try:
+            show(text)
+        finally:
+            if draw is not None:
+                draw()
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

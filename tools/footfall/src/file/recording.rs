@@ -5,7 +5,7 @@ use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::open::{HEAD_BYTES, InRows, of_bytes};
 use gait_trace::{
-    Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
+    Axis, Fault, Finding, Level, LowPass, PositiveDirection, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
 };
 use hgod_adc::Calibration;
 use joint_units::Joint;
@@ -40,7 +40,9 @@ pub struct ReadSettings {
     /// Topic of the joints of an MCAP file.
     pub topic: Option<String>,
     /// What the file counts as positive at the knees.
-    pub knee_sign: Option<KneeSign>,
+    pub knee_sign: Option<PositiveDirection>,
+    /// What the file counts as positive at the hips.
+    pub hip_sign: Option<PositiveDirection>,
     /// Duration of the stride of a recording whose time is the fraction of a cycle, seconds.
     pub stride_s: Option<f64>,
     /// The joint of a recording whose only joint has no side in its name.
@@ -94,7 +96,8 @@ impl ReadSettings {
     /// The rules by which a recording that was read is conditioned.
     #[must_use]
     pub fn rules(&self) -> Rules {
-        Rules { low_pass: self.low_pass, knee_sign: self.knee_sign, stride_s: self.stride_s, ..Rules::default() }
+        let Self { low_pass, knee_sign, hip_sign, stride_s, .. } = *self;
+        Rules { low_pass, knee_sign, hip_sign, stride_s, ..Rules::default() }
     }
 
     /// The options of the readers of the formats.

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use gait_trace::format::angle_unit::AngleUnit;
-use gait_trace::{Axis, KneeSign, LowPass, RowFilter};
+use gait_trace::{Axis, LowPass, PositiveDirection, RowFilter};
 use std::path::PathBuf;
 
 use super::value::{number, one_of};
@@ -40,8 +40,12 @@ pub struct Reading {
     #[arg(long, value_name = "TOPIC")]
     pub topic: Option<String>,
     /// What the file counts as positive at the knees: flexion or extension [default: by the angles, if they show it]
-    #[arg(long, value_name = "SIGN", value_parser = one_of(KneeSign::ALL, KneeSign::name))]
-    pub knee_sign: Option<KneeSign>,
+    #[arg(long, value_name = "SIGN", value_parser = one_of(PositiveDirection::ALL, PositiveDirection::name))]
+    pub knee_sign: Option<PositiveDirection>,
+    /// What the file counts as positive at the hips: flexion or extension [default: as the format defines it, else by the shape of the
+    /// strides]
+    #[arg(long, value_name = "SIGN", value_parser = one_of(PositiveDirection::ALL, PositiveDirection::name))]
+    pub hip_sign: Option<PositiveDirection>,
     /// Duration of the stride, for a recording of one cycle whose time runs from 0 to 1 or from 0 to 100
     #[arg(long, visible_alias = "stride", value_name = "S", value_parser = number(0.2..=20.0, " seconds"))]
     pub stride_time: Option<f64>,
@@ -63,6 +67,7 @@ impl Reading {
             axis: self.axis,
             topic: self.topic,
             knee_sign: self.knee_sign,
+            hip_sign: self.hip_sign,
             stride_s: self.stride_time,
             sideless: None,
         };

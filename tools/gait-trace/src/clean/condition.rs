@@ -38,7 +38,7 @@ use crate::clean::rules::{FEWEST_ROWS, LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNIN
 use crate::clean::same_leg;
 use crate::clean::unit_doubt;
 use crate::finding::{Done, Finding, FindingKind};
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use crate::recording::{Channel, Quantity, Recording};
 use crate::series::{range, runs};
 use crate::stride::segment;
@@ -237,7 +237,8 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let what = FindingKind::Unfiltered;
         findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what, done: Done::Smoothed { hz } });
     }
-    let convention = convention::apply(&mut joints, &unusable, rate_hz, clock.normalised_cycle, rules.knee_sign);
+    let sources = raw.joints.each_ref().map(|joint| joint.as_ref().map_or(SignSource::Unknown, |joint| joint.sign));
+    let convention = convention::apply(&mut joints, &unusable, rate_hz, clock.normalised_cycle, sources, rules);
     let convention = convention.map_err(|AmbiguousKnees { least_deg, most_deg }| ConditionError::KneeSign {
         file: raw.file.clone(),
         least_deg,

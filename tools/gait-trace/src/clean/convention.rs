@@ -12,13 +12,17 @@
 //! | left against right, arg(c1 left / c1 right), cycles | 0.47 to 0.52 (0.51) | 0.45 to 0.52 (0.19) |
 //!
 //! A change of sign shifts the bump phase and the lead by half a cycle. An exchange of hip and knee shows in bump and range, which do
-//! not depend on the sign. Where two indicators of a hip contradict each other nothing is changed and a finding reports it. The sign
-//! of the knees is one decision for both ([`knee_sign`]). Angles alone do not show whether left and right are
-//! exchanged.
+//! not depend on the sign. Where the sign of a hip is known ([`hip_sign`]) its shape changes nothing, and a finding reports what it
+//! contradicts; where two indicators of another hip contradict each other it is the same. The sign of the knees is one decision for both
+//! ([`knee_sign`]). Angles alone do not show whether left and right are exchanged.
 
-use super::knee_sign::{self, AmbiguousKnees, KneeSign};
+use super::hip_sign::{self, HipSignReason, Shown, TakenHipSign};
+use super::knee_sign::{self, AmbiguousKnees, KneeSignReason};
+use super::positive_direction::PositiveDirection;
 use super::shape::{KNEE_BUMP, Shape, apart};
+use crate::clean::rules::Rules;
 use crate::finding::{Done, FindingKind};
+use crate::raw::SignSource;
 use crate::stride::segment;
 use joint_units::Joint;
 
@@ -34,8 +38,8 @@ const STRIDES: u32 = 5;
 /// A finding about a joint, or about all (`None`), without its times.
 pub(crate) type Untimed = (Option<Joint>, FindingKind, Done);
 
-/// Makes flexion positive and exchanges swapped columns; returns what was done and what is doubtful. `asked` is the sign of the knees
-/// that the caller knows.
+/// Makes flexion positive and exchanges swapped columns; returns what was done and what is doubtful. `sources` is what is known about the
+/// sign of each joint; the rules have the signs that the caller knows.
 ///
 /// # Errors
 /// The sign of the knees does not follow from their angles, and the caller does not know it.
@@ -44,7 +48,8 @@ pub(crate) fn apply(
     bad: &[bool],
     rate_hz: f64,
     one_cycle: bool,
-    asked: Option<KneeSign>,
+    mut sources: [SignSource; Joint::COUNT],
+    rules: &Rules,
 ) -> Result<Vec<Untimed>, AmbiguousKnees> {
     let legs = joints.each_ref().map(|joint| joint.as_deref());
     let samples = bad.len();
@@ -72,9 +77,11 @@ pub(crate) fn apply(
             && hip_bump > KNEE_BUMP.max(1.3 * knee_bump)
         {
             let leg = Some(Joint::ALL[hip]);
-            if h.range > 1.1 * k.range {
+            // What is computed from hip, knee and ankle cannot be exchanged.
+            if h.range > 1.1 * k.range && sources[hip] != SignSource::Computed {
                 joints.swap(hip, knee);
                 shapes.swap(hip, knee);
+                sources[hip] = SignSource::Unknown;
                 findings.push((leg, FindingKind::HipIsKnee, Done::Exchanged));
             } else {
                 findings.push((leg, FindingKind::HipIsKnee, Done::Reported));
@@ -97,10 +104,15 @@ pub(crate) fn apply(
     }
     let [_, _, left, right] = &shapes;
     let moving = [left, right].map(|knee| knee.as_ref().filter(|shape| shape.range >= LEAST_RANGE_DEG));
-    let decided = knee_sign::decide(moving, asked)?;
+    let decided = knee_sign::decide(moving, rules.knee_sign)?;
+    let by_range = |sign| {
+        let is = |decision: &knee_sign::Decision| decision.sign == sign && decision.taken.why == KneeSignReason::Range;
+        decided.iter().flatten().any(is)
+    };
+    let knees_extend = by_range(PositiveDirection::Extension) && !by_range(PositiveDirection::Flexion);
     for (decision, knee) in decided.into_iter().zip(2..) {
         let Some(decision) = decision else { continue };
-        let extension = decision.sign == KneeSign::Extension;
+        let extension = decision.sign == PositiveDirection::Extension;
         if extension {
             turn(&mut shapes, knee);
         }
@@ -109,41 +121,46 @@ pub(crate) fn apply(
             findings.push((Some(Joint::ALL[knee]), FindingKind::KneeSign(decision.taken), done));
         }
     }
-    let mut crossed = [false; 2];
+    let mut shown = [None; 2];
     for hip in 0..2 {
         let Some(shape) = &shapes[hip] else { continue };
-        let joint = Some(Joint::ALL[hip]);
-        if shape.range < LEAST_RANGE_DEG {
-            findings.push((joint, FindingKind::Still { range_deg: shape.range }, Done::Reported));
-            continue;
+        let (joint, mean_deg, range_deg) = (Some(Joint::ALL[hip]), shape.mean, shape.range);
+        let known = hip_sign::known(rules.hip_sign, sources[hip], knees_extend);
+        if let Some((PositiveDirection::Extension, _)) = known {
+            turn(&mut shapes, hip);
         }
-        let lead = match (&shapes[hip + 2], shape.phase()) {
-            (Some(knee), Some(phase)) if knee.range >= LEAST_RANGE_DEG => {
-                knee.phase().map(|knee| (knee - phase).rem_euclid(1.0))
-            }
-            _ => None,
-        };
-        let by_lead = match lead {
-            Some(lead) if (LEAD.0..=LEAD.1).contains(&lead) => 1,
-            Some(lead) if (LEAD.0 + 0.5..=LEAD.1 + 0.5).contains(&lead) => -1,
-            _ => 0,
-        };
-        let mean_deg = shape.mean;
-        match (by_lead, shape.hip_sign()) {
-            (-1, -1) => {
+        if range_deg < LEAST_RANGE_DEG {
+            findings.push((joint, FindingKind::Still { range_deg }, Done::Reported));
+        }
+        let shows = if range_deg < LEAST_RANGE_DEG { Shown::Flexion } else { shown_by(&shapes, hip) };
+        let known = match (known, shows) {
+            (None, Shown::Extension) => {
                 turn(&mut shapes, hip);
-                findings.push((joint, FindingKind::ExtensionPositive { mean_deg }, Done::Flipped));
+                Some((PositiveDirection::Extension, HipSignReason::Shape))
             }
-            (-1, 1) => crossed[hip] = true,
-            (-1, _) | (_, -1) => findings.push((joint, FindingKind::SignUnclear, Done::Reported)),
-            (0, 0) if lead.is_some() => findings.push((joint, FindingKind::SignUnclear, Done::Reported)),
-            _ => {}
-        }
+            _ => known,
+        };
+        shown[hip] = Some((known, shows, mean_deg));
     }
-    match crossed {
-        [true, true] => findings.push((None, FindingKind::KneesCrossed, Done::Reported)),
-        [false, false] => {}
-        [left, _] => findings.push((Some(Joint::ALL[usize::from(!left)]), FindingKind::SignUnclear, Done::Reported)),
+    let is_crossed = |hip: usize| matches!(shown[hip], Some((_, Shown::Crossed, _)));
+    let are_crossed = is_crossed(0) && is_crossed(1);
+    for (joint, shown) in Joint::ALL.into_iter().zip(shown) {
+        let Some((known, shows, mean_deg)) = shown else { continue };
+        let finding = match known {
+            Some((sign, why)) => {
+                // Crossed knees are one finding, below.
+                let doubt = shows.doubt().filter(|_| !are_crossed && why != HipSignReason::Shape);
+                let is_said = doubt.is_some() || !matches!(why, HipSignReason::Format(_) | HipSignReason::Computed);
+                let done = if sign == PositiveDirection::Extension { Done::Flipped } else { Done::Reported };
+                is_said.then_some((FindingKind::HipSign(TakenHipSign { sign, why, doubt, mean_deg }), done))
+            }
+            None if shows.doubt().is_some() && !are_crossed => Some((FindingKind::SignUnclear, Done::Reported)),
+            None => None,
+        };
+        findings.extend(finding.map(|(what, done)| (Some(joint), what, done)));
+    }
+    if are_crossed {
+        findings.push((None, FindingKind::KneesCrossed, Done::Reported));
     }
     for left in [0, 2] {
         let (Some(a), Some(b)) = (&shapes[left], &shapes[left + 1]) else { continue };
@@ -158,4 +175,21 @@ pub(crate) fn apply(
         }
     }
     Ok(findings)
+}
+
+/// What the shape of a hip and the lead of its knee show.
+fn shown_by(shapes: &[Option<Shape>; Joint::COUNT], hip: usize) -> Shown {
+    let Some(shape) = &shapes[hip] else { return Shown::Flexion };
+    let lead = match (&shapes[hip + 2], shape.phase()) {
+        (Some(knee), Some(phase)) if knee.range >= LEAST_RANGE_DEG => {
+            knee.phase().map(|knee| (knee - phase).rem_euclid(1.0))
+        }
+        _ => None,
+    };
+    let by_lead = lead.map(|lead| match lead {
+        lead if (LEAD.0..=LEAD.1).contains(&lead) => 1,
+        lead if (LEAD.0 + 0.5..=LEAD.1 + 0.5).contains(&lead) => -1,
+        _ => 0,
+    });
+    Shown::of(by_lead, shape.hip_sign())
 }

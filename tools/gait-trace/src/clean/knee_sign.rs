@@ -5,6 +5,7 @@
 //! the angles of one knee are decisive, they decide for both. Where each is decisive and they differ, each column has a sign of its
 //! own. Where none is, the shape of both decides (mean and skewness); if it is unclear too, the caller must name the sign.
 
+use super::positive_direction::PositiveDirection;
 use super::shape::Shape;
 
 /// Beyond this angle, degrees, a knee shows on which side it bends.
@@ -13,37 +14,6 @@ pub const BENT_DEG: f64 = 25.0;
 pub const OVEREXTENDED_DEG: f64 = 15.0;
 /// Largest mean, degrees, that an angle of flexion can have; beyond it a straight knee is probably 180 degrees.
 pub const MOST_MEAN_DEG: f64 = 120.0;
-
-/// The direction in which a file counts the angle of the knee as positive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum KneeSign {
-    /// A bent knee is positive.
-    Flexion,
-    /// A bent knee is negative.
-    Extension,
-}
-
-impl KneeSign {
-    /// Both, in order.
-    pub const ALL: [Self; 2] = [Self::Flexion, Self::Extension];
-
-    /// Name of the direction.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Flexion => "flexion",
-            Self::Extension => "extension",
-        }
-    }
-
-    fn of(number: i32) -> Option<Self> {
-        match number {
-            0 => None,
-            above if above > 0 => Some(Self::Flexion),
-            _ => Some(Self::Extension),
-        }
-    }
-}
 
 /// Why a sign was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +32,7 @@ pub enum KneeSignReason {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TakenKneeSign {
     /// The sign of the file.
-    pub sign: KneeSign,
+    pub sign: PositiveDirection,
     /// Why.
     pub why: KneeSignReason,
     /// Smallest angle in the file, degrees, without the outermost hundredth.
@@ -74,7 +44,7 @@ pub struct TakenKneeSign {
 /// The sign of a knee that moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Decision {
-    pub(super) sign: KneeSign,
+    pub(super) sign: PositiveDirection,
     pub(super) taken: TakenKneeSign,
     /// Whether the decision is reported although nothing changes: the angles of this knee alone do not show it.
     pub(super) is_said: bool,
@@ -90,12 +60,12 @@ pub(crate) struct AmbiguousKnees {
 /// The sign of the left and the right knee; `None` for one that is missing or still.
 pub(super) fn decide(
     knees: [Option<&Shape>; 2],
-    asked: Option<KneeSign>,
+    asked: Option<PositiveDirection>,
 ) -> Result<[Option<Decision>; 2], AmbiguousKnees> {
     let by_range = knees.map(|knee| knee.and_then(by_range));
     let is_possible = |shape: &&Shape| shape.mean.abs() <= MOST_MEAN_DEG;
-    let by_shape = knees.map(|knee| knee.filter(is_possible).and_then(|shape| KneeSign::of(shape.knee_sign())));
-    let decision = |knee: Option<&Shape>, sign: KneeSign, why: KneeSignReason, is_said: bool| {
+    let by_shape = knees.map(|knee| knee.filter(is_possible).and_then(|shape| of_number(shape.knee_sign())));
+    let decision = |knee: Option<&Shape>, sign: PositiveDirection, why: KneeSignReason, is_said: bool| {
         let (least_deg, most_deg) = knee?.extent;
         Some(Decision { sign, taken: TakenKneeSign { sign, why, least_deg, most_deg }, is_said })
     };
@@ -125,8 +95,17 @@ pub(super) fn decide(
     Ok(decided)
 }
 
+/// The sign that a number above or below 0 stands for.
+fn of_number(number: i32) -> Option<PositiveDirection> {
+    match number {
+        0 => None,
+        above if above > 0 => Some(PositiveDirection::Flexion),
+        _ => Some(PositiveDirection::Extension),
+    }
+}
+
 /// The one sign of two; `None` if there is none, or if they differ.
-fn agreed(signs: [Option<KneeSign>; 2]) -> Option<KneeSign> {
+fn agreed(signs: [Option<PositiveDirection>; 2]) -> Option<PositiveDirection> {
     match signs {
         [Some(a), Some(b)] => (a == b).then_some(a),
         [a, b] => a.or(b),
@@ -134,14 +113,14 @@ fn agreed(signs: [Option<KneeSign>; 2]) -> Option<KneeSign> {
 }
 
 /// The sign that the angles of a knee show by what a knee can do.
-fn by_range(shape: &Shape) -> Option<KneeSign> {
+fn by_range(shape: &Shape) -> Option<PositiveDirection> {
     let (least, most) = shape.extent;
     if shape.mean.abs() > MOST_MEAN_DEG {
         None
     } else if shape.mean > BENT_DEG || (most > BENT_DEG && least > -OVEREXTENDED_DEG) {
-        Some(KneeSign::Flexion)
+        Some(PositiveDirection::Flexion)
     } else if shape.mean < -BENT_DEG || (least < -BENT_DEG && most < OVEREXTENDED_DEG) {
-        Some(KneeSign::Extension)
+        Some(PositiveDirection::Extension)
     } else {
         None
     }
@@ -158,7 +137,7 @@ mod tests {
         Shape::of(&x, None)
     }
 
-    fn signs(left: (f64, f64), right: (f64, f64)) -> Result<Vec<(KneeSign, KneeSignReason)>, AmbiguousKnees> {
+    fn signs(left: (f64, f64), right: (f64, f64)) -> Result<Vec<(PositiveDirection, KneeSignReason)>, AmbiguousKnees> {
         let (left, right) = (knee(left.0, left.1), knee(right.0, right.1));
         let decided = decide([Some(&left), Some(&right)], None)?;
         Ok(decided.into_iter().flatten().map(|decision| (decision.sign, decision.taken.why)).collect())
@@ -166,8 +145,8 @@ mod tests {
 
     #[test]
     fn what_a_knee_can_do_decides_for_both() {
-        use KneeSign::{Extension, Flexion};
         use KneeSignReason::{OtherKnee, Range};
+        use PositiveDirection::{Extension, Flexion};
         // The walk of which one knee was turned and the other was not.
         assert_eq!(signs((-44.6, -11.4), (-14.9, -7.3)).unwrap(), [(Extension, Range), (Extension, OtherKnee)]);
         // A person who walks with bent knees.
@@ -185,7 +164,7 @@ mod tests {
         // A straight knee of 180 degrees cannot be made right by a sign.
         assert!(signs((115.0, 178.0), (118.0, 179.0)).is_err());
         let (left, right) = (knee(-20.0, 20.0), knee(-22.0, 21.0));
-        for asked in KneeSign::ALL {
+        for asked in PositiveDirection::ALL {
             let decided = decide([Some(&left), Some(&right)], Some(asked)).unwrap();
             assert!(decided.iter().flatten().all(|decision| decision.sign == asked && decision.is_said));
         }

@@ -1,6 +1,6 @@
 //! Thresholds of the conditioning, and the choice of the low-pass filter.
 
-use crate::clean::knee_sign::KneeSign;
+use crate::clean::positive_direction::PositiveDirection;
 
 /// Fewest rows of a recording.
 pub const FEWEST_ROWS: usize = 16;
@@ -65,7 +65,9 @@ pub struct Rules {
     /// The low-pass filter. A normalised cycle is never filtered.
     pub low_pass: LowPass,
     /// The sign of the knees in the file; by the angles if this is `None`.
-    pub knee_sign: Option<KneeSign>,
+    pub knee_sign: Option<PositiveDirection>,
+    /// The sign of the hips in the file; if this is `None`, that of the format, else by the shape of the strides.
+    pub hip_sign: Option<PositiveDirection>,
     /// Duration of the stride, seconds, of a file whose time runs from 0 to 1 or to 100; it makes a cycle of such a file whatever its ends.
     pub stride_s: Option<f64>,
 }
@@ -87,6 +89,7 @@ impl Default for Rules {
             cycle_end_share: 0.1,
             low_pass: LowPass::Off,
             knee_sign: None,
+            hip_sign: None,
             stride_s: None,
         }
     }

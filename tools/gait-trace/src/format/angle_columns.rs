@@ -193,7 +193,7 @@ fn without_glitches(
     // Larger angles have larger values.
     if unit.degrees(extent_of(&values).0) <= MAX_ANGLE_DEG {
         values.iter_mut().for_each(|value| *value = unit.degrees(*value));
-        return Ok(RawJoint { column: column.heading, unit: source, angle_deg: values });
+        return Ok(RawJoint { column: column.heading, unit: source, sign: column.sign, angle_deg: values });
     }
     let mut first_beyond = None;
     let mut beyond = 0;
@@ -229,17 +229,25 @@ fn without_glitches(
             values.len()
         ));
     }
-    Ok(RawJoint { column: column.heading, unit: source, angle_deg: values })
+    Ok(RawJoint { column: column.heading, unit: source, sign: column.sign, angle_deg: values })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::format::row_lines::RowLines;
+    use crate::raw::SignSource;
 
     fn column(said: Option<AngleUnit>, values: Vec<f64>) -> AngleColumn {
         let said = said.map_or(Said::Nothing, Said::Unit);
-        AngleColumn { joint: Joint::LeftKnee, heading: "knee".into(), index: 1, said, values }
+        AngleColumn {
+            joint: Joint::LeftKnee,
+            heading: "knee".into(),
+            index: 1,
+            said,
+            sign: SignSource::Unknown,
+            values,
+        }
     }
 
     fn read(said: Option<AngleUnit>, asked: Option<AngleUnit>, values: Vec<f64>) -> Result<(f64, Vec<String>), String> {

@@ -5,6 +5,7 @@
 
 use crate::format::segments::Track;
 use crate::options::Axis;
+use crate::raw::SignSource;
 use crate::series::quantile;
 use joint_units::Joint;
 
@@ -51,6 +52,13 @@ pub(crate) fn of_plug_in_gait(points: &[(Joint, usize, Track)], notes: &mut Vec<
         "Flexion is read from component x of the angles, as Plug-in Gait defines it{although}; `--axis` takes another."
     ));
     Axis::X
+}
+
+/// What the name of an output says about the sign of its component: the first component of a hip of Plug-in Gait is flexion
+/// (Vicon, Lower body angles as output from Plug-in Gait).
+pub(crate) fn sign_of_plug_in_gait(name: &str, axis: Axis) -> SignSource {
+    let is_hip = ["LHipAngles", "RHipAngles"].iter().any(|hip| hip.eq_ignore_ascii_case(name));
+    SignSource::by_format(is_hip && axis == Axis::X, "as Plug-in Gait defines `LHipAngles` and `RHipAngles`")
 }
 
 /// The component that clearly moves most, and how much each moves, in words.

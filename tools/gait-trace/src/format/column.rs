@@ -3,6 +3,7 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::row_lines::RowLines;
 use crate::format::unit::Said;
+use crate::raw::SignSource;
 use joint_units::Joint;
 
 /// A column of a file that was recognised as a joint, in the file's unit.
@@ -14,6 +15,8 @@ pub(crate) struct AngleColumn {
     pub(crate) index: usize,
     /// The unit that the file names.
     pub(crate) said: Said,
+    /// What the file or its format says about the sign, if the joint is a hip.
+    pub(crate) sign: SignSource,
     pub(crate) values: Vec<f64>,
 }
 

@@ -6,7 +6,7 @@
 //! # source-sha256: 9f86d0...
 //! # options: --unit degrees
 //! # low-pass: 6 Hz                                            or: off
-//! # changed: left knee: the file counts extension as positive (mean -24 deg); the sign was changed
+//! # changed: left knee: extension is positive in the file (-57.7 to -3.8 deg: too far for flexion of a knee); the sign was changed
 //! time_s,left_hip_deg,...
 //! ```
 //! In a motion file the same lines are in the header, `footfall-convert=0.1.0`, `source=walk.c3d`, .... A value that the source does not
@@ -46,6 +46,11 @@ pub struct Conversion {
 const CSV_MARK: &str = "# footfall convert ";
 const MOT_MARK: &str = "footfall-convert=";
 
+/// Whether a file is a CSV that [`write_to`] has written.
+pub(crate) fn is_csv(bytes: &[u8]) -> bool {
+    bytes.starts_with(CSV_MARK.as_bytes())
+}
+
 impl Conversion {
     /// The record in a file; `None` for a file that is no conversion.
     ///
@@ -63,7 +68,7 @@ impl Conversion {
     /// ```
     pub fn of_bytes(bytes: &[u8]) -> Result<Option<Self>, String> {
         let lines = || bytes.split(|&byte| byte == b'\n').map(|line| String::from_utf8_lossy(line)).take(MOST_LINES);
-        let csv = bytes.starts_with(CSV_MARK.as_bytes());
+        let csv = is_csv(bytes);
         let pairs: Vec<(String, String)> = if csv {
             let comments = lines().map_while(|line| line.strip_prefix("# ").map(str::to_owned));
             comments.filter_map(|line| line.split_once(": ").map(owned)).collect()

@@ -20,5 +20,7 @@ pub(crate) struct Description {
     pub(crate) options: &'static [&'static str],
 }
 
-/// How signs are treated, the same for all formats.
+/// How signs are treated in a format that defines those of hips.
+pub(crate) const SIGNS_OF_KNEES: &str = "of hips flexion positive, by definition of the format; of knees the file's, then made flexion positive (see below)";
+/// How signs are treated in a format that defines none.
 pub(crate) const SIGNS: &str = "the file's, then made flexion positive (see below)";

@@ -10,14 +10,14 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::description::{Description, SIGNS};
-use crate::format::joint_names::sideless_of;
+use crate::format::description::{Description, SIGNS_OF_KNEES};
+use crate::format::joint_names::{joint_of, sideless_of};
 use crate::format::outputs::{self, Output};
 use crate::format::row_lines::RowLines;
 use crate::format::text_table::{bare_lines, check_rows, lines, listed, number_or_missing, short, text};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use joint_units::Joint;
 
 /// The row of the table of formats.
@@ -26,10 +26,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a first line that begins with `#!DST`",
     units: "by the values",
     axes: "blocks `!LeftHipFlexExt`, `!RightKneeFlexExt`, `!LeftHipAngles`, ... (of three components the first), or `!HipFlexExt` without side",
-    signs: SIGNS,
+    signs: SIGNS_OF_KNEES,
     rate: "none: a cycle from 0 to 1 (see below)",
     said: "the cycle, and its stride time in the file; by how much the right leg is moved to the cycle of the left one; deviations, which are not read; the leg, where no side is named; degrees or radians by the values",
-    options: &["--map", "--unit", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// The part of the left cycle at which the right foot makes contact, where the file has none.
@@ -117,7 +117,10 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let row_lines = first.lines.clone();
     let column = |(&(joint, index), block): (&(Joint, usize), Block)| {
         let values = if is_left(joint) { block.values } else { turned(&block.values, steps) };
-        AngleColumn { joint, heading: heads[index].name.clone(), index, said: Said::Angle, values }
+        let heading = heads[index].name.clone();
+        let is_named = joint_of(&heading).is_some() || sideless_of(&heading).is_some();
+        let sign = SignSource::by_format(is_named, "by definition of GCD");
+        AngleColumn { joint, heading, index, said: Said::Angle, sign, values }
     };
     let columns = chosen.iter().zip(joints).map(column).collect();
     let place = Place { file: name, header: None, lines: &row_lines };

@@ -20,6 +20,7 @@ use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::components::Triple;
+use crate::format::converted;
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
 use crate::format::flexion_component;
@@ -33,7 +34,7 @@ use crate::format::text_table::{
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use std::borrow::Cow;
 
 /// The row of the table of formats.
@@ -45,7 +46,17 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`, which also replaces times that agree with it",
     said: "the axis, where angles have components; degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
-    options: &["--map", "--where", "--axis", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
+    options: &[
+        "--map",
+        "--where",
+        "--axis",
+        "--unit",
+        "--calibration",
+        "--rate",
+        "--hip-sign",
+        "--knee-sign",
+        "--stride-time",
+    ],
 };
 
 /// Reads the bytes of a CSV file.
@@ -217,8 +228,9 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     })?;
     header.settle_side(marks.is_left(), &mut notes);
     let place = Place { file: name, header: Some(header_line), lines: &row_lines };
+    let sign = SignSource::by_format(converted::is_csv(text.as_bytes()), "as `footfall convert` writes it");
     let column =
-        |Chosen { joint, index, heading, said, values, .. }| AngleColumn { joint, heading, index, said, values };
+        |Chosen { joint, index, heading, said, values, .. }| AngleColumn { joint, heading, index, said, sign, values };
     let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());

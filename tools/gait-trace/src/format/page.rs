@@ -31,11 +31,18 @@ without a unit is read as volts if a calibration is given, else as angles: look 
 const TAIL: &str = "
 ## Signs
 
-Results are flexion positive. Hips are judged by the shape of their strides and by the lead of the knee. The sign of the knees is one
-decision for both: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond +25 that stays above -15
-counts flexion as positive, and so do means beyond 25 degrees. Where the angles of neither knee decide, the shape of the strides does; where that is
-unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
-with their own. A sign that was changed is reported for each knee, with its angles and the reason.
+Results are flexion positive. Where the angle of a hip is computed from positions, or the format defines flexion as positive, its sign is known
+and is not changed. The same holds of a CSV file that `footfall convert` wrote. Other hips are judged by the shape of their strides and by the lead
+of the knee: where both show extension as positive the sign is changed, which is reported. `--hip-sign flexion` or `--hip-sign extension` names the
+sign of both hips and goes before all of this. A person who walks backwards moves nearly as in a recording of walking that is played backwards, and
+neither the shape nor the lead of the knee is then that of walking: give the option for such a file, where its sign is not known. A finding says where
+the shape contradicts a sign that is known or named. Visual3D defines no sign: it is that of the model, and an angle may be negated there. Where
+positions are such that the knees bend to the other side, the hips are changed with them: left and right may be exchanged in the file.
+
+The sign of the knees is one decision for both: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond
++25 that stays above -15 counts flexion as positive, and so do means beyond 25 degrees. Where the angles of neither knee decide, the shape of the
+strides does; where that is unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
+with their own. A sign that was changed is reported for each joint, with its angles and the reason.
 
 ## Cycles
 

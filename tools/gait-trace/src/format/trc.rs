@@ -6,7 +6,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{Place, in_degrees};
-use crate::format::description::{Description, SIGNS};
+use crate::format::description::Description;
 use crate::format::row_lines::RowLines;
 use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::subjects;
@@ -23,10 +23,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a first line that begins with `PathFileType`",
     units: "`Units` where hips are computed from the pelvis",
     axes: "markers of pelvis or hip, knee and ankle, as in C3D: the plane of vertical and walking direction",
-    signs: SIGNS,
+    signs: "flexion positive, as computed (see below)",
     rate: "the column `Time`, in seconds; `--rate` replaces times that agree with it",
     said: "up and forward; hips computed from the pelvis, and markers that stand for joint centres; the unit of length by the width of the pelvis, where the file names none; numbers of frames or markers in the header that differ from the file",
-    options: &["--rate", "--knee-sign", "--stride-time"],
+    options: &["--rate", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the text begins like a TRC file.

@@ -2,6 +2,7 @@
 
 use gait_fit::search::cma_es::CmaEs;
 use gait_fit::search::{Evaluator, Network, Random};
+use gait_trace::upper_median;
 use picture::{Curve, Panel};
 
 use super::claim::{Claim, Paper, Verdict};
@@ -129,11 +130,6 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let values = sorted(values);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 /// Evaluations at which the history of mean squares first came to so many degrees.
 fn first_at(history: &[(usize, f64)], degrees: f64) -> Option<usize> {
     history.iter().find(|(_, cost)| cost.sqrt() <= degrees).map(|(at, _)| *at)
@@ -154,7 +150,7 @@ fn setting(settings: &Settings) -> String {
 /// Best error over evaluations, of the median seed.
 fn convergence(all: &[Vec<Outcome>], settings: &Settings) -> Figure {
     let curve = |(outcomes, (name, _, _)): (&Vec<Outcome>, &(&str, &str, Method))| {
-        let middle = median(outcomes.iter().map(|outcome| outcome.rmse));
+        let middle = upper_median(outcomes.iter().map(|outcome| outcome.rmse));
         let outcome = outcomes.iter().find(|outcome| outcome.rmse == middle);
         let (mut points, end) = outcome.map_or((vec![], 0), |outcome| (outcome.history.clone(), outcome.evaluations));
         // The best so far stays until the end of the search.
@@ -179,7 +175,7 @@ fn convergence(all: &[Vec<Outcome>], settings: &Settings) -> Figure {
 fn table(all: &[Vec<Outcome>], settings: &Settings) -> Table {
     let row = |(outcomes, (_, name, _)): (&Vec<Outcome>, &(&str, &str, Method))| {
         let errors = sorted(outcomes.iter().map(|outcome| outcome.rmse));
-        let evaluations = median(outcomes.iter().map(|outcome| outcome.evaluations as f64));
+        let evaluations = upper_median(outcomes.iter().map(|outcome| outcome.evaluations as f64));
         let level = |level: f64| {
             let mut reached: Vec<usize> = outcomes.iter().filter_map(|o| first_at(&o.history, level)).collect();
             reached.sort_unstable();
@@ -208,7 +204,7 @@ fn table(all: &[Vec<Outcome>], settings: &Settings) -> Table {
 fn claims(all: &[Vec<Outcome>], (fitness, signed_rmse): (f64, f64), settings: &Settings) -> Vec<Claim> {
     let claim = |id, place, statement, number| Claim::new(Paper::Thesis, id, place, statement, number).by_search();
     let [ga, hybrid, other, micro, cma_es, levenberg] = all else { return vec![] };
-    let middle = |outcomes: &[Outcome]| median(outcomes.iter().map(|outcome| outcome.rmse));
+    let middle = |outcomes: &[Outcome]| upper_median(outcomes.iter().map(|outcome| outcome.rmse));
     let least = |outcomes: &[Outcome]| outcomes.iter().map(|outcome| outcome.rmse).fold(f64::INFINITY, f64::min);
     let best = least(hybrid).min(least(other));
     let seeds = settings.seeds().count();

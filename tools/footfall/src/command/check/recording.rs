@@ -104,7 +104,7 @@ fn sign(conditioned: &Conditioned, joint: Joint) -> &'static str {
     let about = |kind: fn(&FindingKind) -> bool| {
         conditioned.findings.iter().find(|finding| finding.joint == Some(joint) && kind(&finding.what))
     };
-    let turned = about(|kind| matches!(kind, FindingKind::ExtensionPositive { .. } | FindingKind::KneeSign(_)));
+    let turned = about(|kind| matches!(kind, FindingKind::HipSign(_) | FindingKind::KneeSign(_)));
     if turned.is_some_and(|finding| finding.done == Done::Flipped) {
         "sign changed: extension was positive"
     } else if about(|kind| matches!(kind, FindingKind::SignUnclear | FindingKind::Still { .. })).is_some() {

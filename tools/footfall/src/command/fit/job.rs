@@ -121,6 +121,9 @@ impl Job {
         if let Some(sign) = reading.knee_sign {
             option("knee-sign", sign.name().into());
         }
+        if let Some(sign) = reading.hip_sign {
+            option("hip-sign", sign.name().into());
+        }
         if let Some(seconds) = reading.stride_s {
             option("stride-time", seconds.to_string());
         }

@@ -16,7 +16,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::angle_unit::AngleUnit;
 use crate::format::axis;
-use crate::format::description::{Description, SIGNS};
+use crate::format::description::Description;
 use crate::format::outputs::{self, Output};
 use crate::format::row_lines::RowLines;
 use crate::format::segments::{self, LengthUnit, Track};
@@ -36,10 +36,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "the second byte, 0x50",
     units: "`POINT:ANGLE_UNITS`; `POINT:UNITS` where hips are computed from the pelvis",
     axes: "angles (`LKneeAngles`, ...) of one subject: the component that moves most at the knees, else the first; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
-    signs: SIGNS,
+    signs: "flexion positive of `LHipAngles` and of what is computed; else the file's, then made flexion positive (see below)",
     rate: "the frame rate of the header",
     said: "the axis; up and forward, hips computed from the pelvis, and markers that stand for joint centres, where angles are computed; the unit of length by the width of the pelvis, where the file names none; degrees or radians by the values, where the file names no unit; header and parameters that differ",
-    options: &["--map", "--unit", "--axis", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the bytes begin like a C3D file and are not text.
@@ -123,6 +123,7 @@ impl File<'_> {
             let heading = labels[index].clone();
             AngleColumn {
                 joint,
+                sign: axis::sign_of_plug_in_gait(subjects::bare(&heading), axis),
                 heading,
                 index,
                 said,

@@ -26,7 +26,7 @@ use crate::format::row_lines::RowLines;
 use crate::format::text_table::{check_rows, short};
 use crate::format::unit::scaled;
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use fields::{Chosen, Kind, Seen, Source};
 use joint_state::{JointState, Layout};
 use joint_units::Joint;
@@ -44,7 +44,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "the log times of the messages; of `JointState` the stamps of their headers",
     said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given; messages that are not read; log times, where no header has a stamp, and how late they are",
-    options: &["--map", "--topic", "--unit", "--calibration", "--knee-sign", "--stride-time"],
+    options: &["--map", "--topic", "--unit", "--calibration", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the bytes begin with the magic bytes of MCAP.
@@ -91,7 +91,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     let columns = chosen.into_iter().enumerate().map(|(index, chosen)| {
         let Chosen { joint, heading, said, values, .. } = chosen;
-        AngleColumn { joint, heading, index, said, values }
+        AngleColumn { joint, heading, index, said, sign: SignSource::Unknown, values }
     });
     let place = Place { file: name, header: None, lines: &RowLines::default() };
     let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;

@@ -10,7 +10,7 @@ use crate::format::row_lines::RowLines;
 use crate::format::text_table::{MAX_COLUMNS, check_rows, listed, number_or_missing, short};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use joint_units::Joint;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
@@ -346,7 +346,9 @@ impl Document {
         let time_s = times_s(&self.stamps, self.rate_hz, &mut notes).map_err(at_end)?;
         let column = |Chosen { joint, index, label, values }| {
             let said = Said::Format(AngleUnit::Degrees, "by the format");
-            AngleColumn { joint, heading: format!("{label} z"), index: index * ANGLES + FLEXION, said, values }
+            let is_hip = label.to_ascii_lowercase().ends_with("hip");
+            let sign = SignSource::by_format(is_hip, "by definition of MVNX");
+            AngleColumn { joint, heading: format!("{label} z"), index: index * ANGLES + FLEXION, said, sign, values }
         };
         let place = Place { file: name, header: None, lines: &self.lines };
         let joints = in_degrees(&place, self.chosen.into_iter().map(column).collect(), how, &mut notes)?;

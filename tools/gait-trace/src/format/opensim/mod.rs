@@ -14,7 +14,7 @@ mod write;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::angle_unit::AngleUnit;
-use crate::format::description::{Description, SIGNS};
+use crate::format::description::Description;
 use crate::format::joint_names::joint_of;
 use crate::format::row_lines::RowLines;
 use crate::format::stated;
@@ -25,7 +25,7 @@ use crate::format::time_names::time_of;
 use crate::format::time_step;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use header::{Header, MAX_HEADER_LINES, is_end};
 use joint_units::Joint;
 pub(crate) use write::coordinate;
@@ -37,10 +37,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a line `endheader`; the title line decides: `controls`, `PositionErrors`, `Speeds`, `Accelerations`, forces and markers are refused by name",
     units: "`inDegrees`, or a remark in the header",
     axes: "columns `hip_flexion_l`, `knee_angle_r`, ..., or paths to them that end in `/value`; `/speed` is not read",
-    signs: SIGNS,
+    signs: "of `hip_flexion` flexion positive, by its name; of knees the file's, then made flexion positive (see below)",
     rate: "the column `time`, in seconds; `--rate` replaces times that agree with it",
     said: "numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
-    options: &["--map", "--unit", "--rate", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--rate", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the text has the line that ends a header.
@@ -192,7 +192,10 @@ fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> 
         };
         if let Some(index) = index {
             let heading = labels[index].clone();
-            columns.push(AngleColumn { joint, heading, index, said: Said::angle(said), values: Vec::new() });
+            // Models differ in the sign of a knee, but not in that of the coordinate `hip_flexion`.
+            let is_hip_flexion = heading.to_ascii_lowercase().contains("hip_flexion");
+            let sign = SignSource::by_format(is_hip_flexion, "by the name `hip_flexion` of OpenSim");
+            columns.push(AngleColumn { joint, heading, index, said: Said::angle(said), sign, values: Vec::new() });
         }
     }
     if columns.is_empty() {

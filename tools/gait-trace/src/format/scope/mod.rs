@@ -28,7 +28,7 @@ use crate::format::row_lines::RowLines;
 use crate::format::text_table::{Delimiter, bare_lines, check_rows, is_blank, lines, listed, text};
 use crate::format::unit::{Said, scaled, scaled_or_missing};
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use crate::series::median;
 pub(crate) use dialect::{Dialect, dialect_of};
 use joint_units::Joint;
@@ -48,7 +48,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns, or start and increment in the header",
     said: "values outside of the calibration table are missing; a number of rows or a sample interval in the header that differs from the rows; seconds and volts below `x_axis,channel_1`",
-    options: &["--map", "--calibration", "--knee-sign", "--stride-time"],
+    options: &["--map", "--calibration", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Reads the bytes of an export.
@@ -235,7 +235,8 @@ impl<'a> Table<'a> {
         let mut columns = Vec::new();
         for (joint, channel, values) in chosen {
             let (index, heading, _) = &layout.channels[channel];
-            columns.push(AngleColumn { joint, heading: heading.clone(), index: *index, said: Said::Volts, values });
+            let (heading, index, sign) = (heading.clone(), *index, SignSource::Unknown);
+            columns.push(AngleColumn { joint, heading, index, said: Said::Volts, sign, values });
         }
         let place = Place { file: name, header: Some(layout.end.max(1)), lines: &row_lines };
         let joints = in_degrees(&place, columns, how, &mut notes)?;

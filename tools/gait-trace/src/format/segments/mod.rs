@@ -15,6 +15,7 @@ mod vector;
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
 use crate::format::unit::Said;
+use crate::raw::SignSource;
 use joint_units::Joint;
 use names::Place;
 pub(crate) use names::{Leg, find};
@@ -84,7 +85,14 @@ pub(crate) fn angles(
         let bend = (0..hips.len()).map(|n| turn(thigh[n] - lean(knees[n], ankles[n], forward[n]))).collect();
         for (joint, values) in [(hip, thigh), (knee, bend)] {
             let heading = format!("{} from {name}", joint.name());
-            columns.push(AngleColumn { joint, heading, index: 0, said: Said::Computed, values });
+            columns.push(AngleColumn {
+                joint,
+                heading,
+                index: 0,
+                said: Said::Computed,
+                sign: SignSource::Computed,
+                values,
+            });
         }
         notes.push(format!(
             "{} and {} are computed from {name}: the hip is the thigh against the vertical (without the pelvis), the knee is thigh minus shank, flexion positive.",

@@ -12,7 +12,7 @@ mod section;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::axis;
-use crate::format::description::{Description, SIGNS};
+use crate::format::description::Description;
 use crate::format::outputs;
 use crate::format::row_lines::RowLines;
 use crate::format::segments::Track;
@@ -31,10 +31,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a first line `Model Outputs`, or the title of another section (`Devices`, `Joints`, `Trajectories`, ...) above a rate",
     units: "the row of units",
     axes: "`LHipAngles`, `RKneeAngles`, ... of one subject: component X, as Plug-in Gait defines it",
-    signs: SIGNS,
+    signs: "of component X of `LHipAngles` flexion positive, as Plug-in Gait defines it; of knees the file's, then made flexion positive (see below)",
     rate: "`Frame` and `Sub Frame`, by the rate below the section's title; frame 1 is at time 0",
     said: "the axis; sections that are not read; sub frames; degrees or radians by the values, where the row of units is empty",
-    options: &["--map", "--unit", "--axis", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Largest number of a frame or of a sub frame.
@@ -261,5 +261,6 @@ fn column(
         }
     };
     let values = track.iter().map(|point| point[axis as usize]).collect();
-    Ok(AngleColumn { joint, heading, index: column, said, values })
+    let sign = axis::sign_of_plug_in_gait(&output.name, axis);
+    Ok(AngleColumn { joint, heading, index: column, said, sign, values })
 }

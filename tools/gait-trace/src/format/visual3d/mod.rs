@@ -22,7 +22,7 @@ use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_miss
 use crate::format::time_step;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{RawJoints, SignSource};
 use header::Header;
 use joint_units::Joint;
 
@@ -35,7 +35,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "the signal `TIME`, in seconds (`--rate` replaces times that agree with it); without it `ITEM`, with `--rate`; of a cycle normalised to 101 points `--rate 100` with `--stride-time`",
     said: "the axis; degrees or radians by the values; decimal commas; rows below the end of the recording",
-    options: &["--map", "--unit", "--axis", "--rate", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--rate", "--hip-sign", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the text begins like a Visual3D file.
@@ -115,7 +115,8 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
             return Err(fault(Fault::HeaderField { field, found, allowed: "another `--axis`".into() }));
         };
         let values = track.iter().map(|point| point[axis as usize]).collect();
-        Ok(AngleColumn { joint, heading, index, said: Said::Angle, values })
+        // The model of the user defines the sign, and an angle may be negated.
+        Ok(AngleColumn { joint, heading, index, said: Said::Angle, sign: SignSource::Unknown, values })
     };
     let columns = points.into_iter().map(column).collect::<Result<_, _>>()?;
     let place = Place { file: name, header: Some(header.line), lines: &line_numbers };
