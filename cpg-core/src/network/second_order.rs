@@ -98,6 +98,13 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
         OscillatorState { displacement: self.now.x, velocity: product(&self.now.v, &self.velocity) }
     }
 
+    /// The current state as the integrator has it: velocities are displacements per time unit, of which a control period has
+    /// [`Integrator::UNITS`].
+    #[must_use]
+    pub fn state_per_unit(&self) -> OscillatorState<N, T> {
+        OscillatorState { displacement: self.now.x, velocity: self.now.v }
+    }
+
     /// The bound of each state, in the units of the model.
     #[must_use]
     pub fn limit(&self) -> OscillatorState<N, T> {

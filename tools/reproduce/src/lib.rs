@@ -2,7 +2,7 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`population`] | errors of many networks at once, one individual a SIMD lane |
+//! | [`population`] | errors of many networks at once, in SIMD vectors |
 //! | [`objective`] | what is minimised: squared errors, and the thesis' signed form |
 //! | [`genes`] | which numbers of a network are free, and their ranges |
 //! | [`table_1`] | the thesis' Table 1 as an individual |

@@ -1,18 +1,16 @@
-//! Simulates many networks at once: one individual per SIMD lane, two vectors in parallel on each core, on all cores.
+//! Simulates many networks at once: the joints of some individuals in each SIMD vector, several vectors in turns on each core, on all
+//! cores.
 //!
-//! The step has about eight independent chains of operations, and a fused multiply-add takes four cycles on each of two units: one
-//! vector cannot keep them busy, two nearly do.
+//! The operations of a step wait for each other, and a fused multiply-add takes four cycles on each of two units: one vector cannot keep
+//! them busy, five or more nearly do.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::objective::{Errors, Target};
 use gait_fit::search::Network;
-use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles};
+use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles, blocks, dispatch};
 use gait_fit::search::network::{Field, Pair, step};
-
-/// Vectors in parallel.
-const VECTORS: usize = 2;
 
 /// The integration steps between two samples of a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,32 +41,32 @@ impl Grid {
 /// ```
 #[must_use]
 pub fn errors(networks: &[Network], target: &Target, grid: Grid, all: bool) -> Vec<Errors> {
-    let lists = chunks(networks, |chunk| Arch::new().dispatch(Score { chunk, target, grid, all }));
+    let lists = each_block(networks, |block| dispatch(Score { block, target, grid, all }));
     lists.into_iter().flatten().collect()
 }
 
 /// Errors of one network in f64: the reference for the champion of a search.
 #[must_use]
 pub fn reference_errors(network: &Network, target: &Target, grid: Grid) -> Errors {
-    let list = score(Plain, &[network], target, grid, true);
+    let list = score::<_, 1, true>(Plain, &[network], target, grid);
     list[0]
 }
 
 /// Angles of each network at every sample of the target, in f64 lanes; empty for a network that diverged.
 #[must_use]
 pub fn angles(networks: &[Network], target: &Target, grid: Grid) -> Vec<Vec<[f64; 4]>> {
-    let lists = chunks(networks, |chunk| Arch::new().dispatch(Record { chunk, target, grid }));
+    let lists = each_block(networks, |block| Arch::new().dispatch(Record { block, target, grid }));
     lists.into_iter().flatten().collect()
 }
 
 /// Splits a population over the cores. The results are in the order of the networks.
-fn chunks<R: Send>(networks: &[Network], run: impl Fn(&[Network]) -> R + Sync + Send) -> Vec<R> {
-    // The widest vectors of any machine, so that the split does not depend on the machine.
-    networks.par_chunks(16 * VECTORS).map(run).collect()
+fn each_block<R: Send>(networks: &[Network], run: impl Fn(&[Network]) -> R + Sync + Send) -> Vec<R> {
+    blocks(networks.len()).into_par_iter().map(|block| run(&networks[block])).collect()
 }
 
+/// Errors of the networks of a block.
 struct Score<'a> {
-    chunk: &'a [Network],
+    block: &'a [Network],
     target: &'a Target,
     grid: Grid,
     all: bool,
@@ -79,65 +77,75 @@ impl WithSimd for Score<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
-        let l = Singles(simd);
-        let mut out = Vec::with_capacity(self.chunk.len());
-        for part in self.chunk.chunks(Singles::<S>::WIDTH * VECTORS) {
-            let part: Vec<&Network> = part.iter().collect();
-            out.extend(score(l, &part, self.target, self.grid, self.all));
+        if self.all { self.vectors::<_, true>(Singles(simd)) } else { self.vectors::<_, false>(Singles(simd)) }
+    }
+}
+
+impl Score<'_> {
+    #[inline(always)]
+    fn vectors<L: Lanes, const ALL: bool>(self, l: L) -> Vec<Errors> {
+        let Self { target, grid, .. } = self;
+        let block: Vec<&Network> = self.block.iter().collect();
+        match block.len().div_ceil(L::INDIVIDUALS) {
+            0 | 1 => score::<_, 1, ALL>(l, &block, target, grid),
+            2 => score::<_, 2, ALL>(l, &block, target, grid),
+            3 => score::<_, 3, ALL>(l, &block, target, grid),
+            4 => score::<_, 4, ALL>(l, &block, target, grid),
+            5 => score::<_, 5, ALL>(l, &block, target, grid),
+            6 => score::<_, 6, ALL>(l, &block, target, grid),
+            7 => score::<_, 7, ALL>(l, &block, target, grid),
+            _ => score::<_, 8, ALL>(l, &block, target, grid),
         }
-        out
     }
 }
 
-/// One or two vectors.
-#[inline(always)]
-fn score<L: Lanes>(l: L, part: &[&Network], target: &Target, grid: Grid, all: bool) -> Vec<Errors> {
-    match (part.len() > L::WIDTH, all) {
-        (false, false) => score_vectors::<L, 1, false>(l, part, target, grid),
-        (false, true) => score_vectors::<L, 1, true>(l, part, target, grid),
-        (true, false) => score_vectors::<L, VECTORS, false>(l, part, target, grid),
-        (true, true) => score_vectors::<L, VECTORS, true>(l, part, target, grid),
-    }
-}
+/// Vectors whose numbers of one joint fill one vector.
+const TOGETHER: usize = 4;
+/// Vectors of one joint of the most vectors that take turns.
+const SUMS: usize = 2;
 
-/// The individuals of one vector.
-fn of_vector<'a, 'b>(part: &'b [&'a Network], vector: usize, width: usize) -> &'b [&'a Network] {
-    &part[vector * width..part.len().min((vector + 1) * width)]
-}
-
+/// Errors of so many individuals as `G` vectors hold, or fewer.
 #[inline(always)]
-fn score_vectors<L: Lanes, const G: usize, const ALL: bool>(
+fn score<L: Lanes, const G: usize, const ALL: bool>(
     l: L,
-    part: &[&Network],
+    block: &[&Network],
     target: &Target,
     grid: Grid,
 ) -> Vec<Errors> {
     let step_s = target.sample_s / grid.steps_per_sample as f64;
-    let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of_vector(part, g, L::WIDTH), step_s));
-    let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of_vector(part, g, L::WIDTH), step_s));
-    let offsets: [[L::Vector; 4]; G] = std::array::from_fn(|g| {
-        let individuals = of_vector(part, g, L::WIDTH);
-        std::array::from_fn(|joint| l.each(|lane| individuals[lane.min(individuals.len() - 1)].joints[joint].offset))
-    });
-    let (sample, per_second) = (l.splat(L::scalar(target.sample_s)), l.splat(L::scalar(2.0 / step_s)));
-    let zero = l.splat(L::scalar(0.0));
-    let mut sums = [[zero; 6]; G];
-    let mut integrals = [[zero; 4]; G];
+    let of = |g: usize| &block[g * L::INDIVIDUALS..block.len().min((g + 1) * L::INDIVIDUALS)];
+    let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of(g), step_s));
+    let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of(g), step_s));
+    // The sums add the joints one after the other, so that they are those of an individual alone.
+    let by_joint = |sum: usize, of: &dyn Fn(usize) -> L::Vector| -> [L::Vector; 4] {
+        l.by_joint(std::array::from_fn(|vector| of((sum * TOGETHER + vector).min(G - 1))))
+    };
+    let sums_used = G.div_ceil(TOGETHER);
+    let offset = |g: usize| {
+        let individuals = of(g);
+        l.each(|i, joint| individuals[i.min(individuals.len() - 1)].joints[joint].offset)
+    };
+    let offsets: [[L::Vector; 4]; SUMS] = std::array::from_fn(|sum| by_joint(sum, &offset));
+    let (sample, per_second) = (l.splat(target.sample_s), l.splat(2.0 / step_s));
+    let mut sums = [[l.splat(0.0); 6]; SUMS];
+    let mut integrals = [[l.splat(0.0); 4]; SUMS];
     for (angles, rates) in target.angles.iter().zip(&target.rates) {
         for _ in 0..grid.steps_per_sample {
             step(l, &mut states, &fields);
         }
-        let angles = angles.map(|a| l.splat(L::scalar(a)));
-        let rates = rates.map(|a| l.splat(L::scalar(a)));
-        for g in 0..G {
-            let sum = &mut sums[g];
+        let angles = angles.map(|a| l.splat(a));
+        let rates = rates.map(|a| l.splat(a));
+        for index in 0..sums_used {
+            let x = by_joint(index, &|g| states[g].x);
+            let v = by_joint(index, &|g| states[g].v);
+            let sum = &mut sums[index];
             for joint in 0..4 {
-                let e = l.sub(l.sub(angles[joint], offsets[g][joint]), states[g].x[joint]);
+                let e = l.sub(l.sub(angles[joint], offsets[index][joint]), x[joint]);
                 sum[0] = l.mul_add(e, e, sum[0]);
                 if ALL {
-                    let rate = l.sub_mul(rates[joint], states[g].v[joint], per_second);
-                    let integral = l.mul_add(e, sample, integrals[g][joint]);
-                    integrals[g][joint] = integral;
+                    let rate = l.sub_mul(rates[joint], v[joint], per_second);
+                    let integral = l.mul_add(e, sample, integrals[index][joint]);
+                    integrals[index][joint] = integral;
                     sum[1] = l.mul_add(rate, rate, sum[1]);
                     sum[2] = l.mul_add(integral, integral, sum[2]);
                     sum[3] = l.add(sum[3], e);
@@ -148,16 +156,18 @@ fn score_vectors<L: Lanes, const G: usize, const ALL: bool>(
         }
     }
     let count = 4.0 * target.angles.len() as f64;
+    let together = TOGETHER * L::INDIVIDUALS;
     let one = |index: usize| {
-        let mean = sums[index / L::WIDTH].map(|sum| l.lane(sum, index % L::WIDTH) / count);
+        let mean = sums[index / together].map(|sum| l.of_joint(sum, index % together) / count);
         let [square, rate_square, integral_square, signed, rate_signed, integral_signed] = mean;
         Errors { square, rate_square, integral_square, signed, rate_signed, integral_signed }
     };
-    (0..part.len()).map(one).collect()
+    (0..block.len()).map(one).collect()
 }
 
+/// Angles of the networks of a block.
 struct Record<'a> {
-    chunk: &'a [Network],
+    block: &'a [Network],
     target: &'a Target,
     grid: Grid,
 }
@@ -167,10 +177,11 @@ impl WithSimd for Record<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let l = Doubles(simd);
+        let l = Doubles::<S, false>(simd);
         let step_s = self.target.sample_s / self.grid.steps_per_sample as f64;
-        let mut all = vec![vec![]; self.chunk.len()];
-        for (out, part) in all.chunks_mut(Doubles::<S>::WIDTH).zip(self.chunk.chunks(Doubles::<S>::WIDTH)) {
+        let mut all = vec![vec![]; self.block.len()];
+        let individuals = Doubles::<S, false>::INDIVIDUALS;
+        for (out, part) in all.chunks_mut(individuals).zip(self.block.chunks(individuals)) {
             let part: Vec<&Network> = part.iter().collect();
             let field = Field::new(l, &part, step_s);
             let mut state = Pair::new(l, &part, step_s);
@@ -178,8 +189,8 @@ impl WithSimd for Record<'_> {
                 for _ in 0..self.grid.steps_per_sample {
                     state.step(l, &field);
                 }
-                for (lane, (out, network)) in out.iter_mut().zip(&part).enumerate() {
-                    out.push(std::array::from_fn(|i| l.lane(state.x[i], lane) + network.joints[i].offset));
+                for (individual, (out, network)) in out.iter_mut().zip(&part).enumerate() {
+                    out.push(std::array::from_fn(|i| l.at(state.x, individual, i) + network.joints[i].offset));
                 }
             }
             for out in out {

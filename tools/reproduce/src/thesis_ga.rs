@@ -54,20 +54,27 @@ impl ThesisGa {
         let dimensions = evaluator.dimensions();
         let mut points: Vec<Vec<f64>> = (0..self.population.max(1)).map(|_| random.point(dimensions)).collect();
         let mut costs = evaluator.costs(&points);
-        let others = self.population.saturating_sub(self.elite);
+        let elite = self.elite.min(points.len());
+        let others = points.len() - elite;
         let crossed = ((self.crossover * others as f64).round() as usize).min(others);
         let selection = Selection::of(points.len(), 2 * crossed + (others - crossed));
+        // The generations take turns in the same memory.
+        let mut next = points.clone();
+        let (mut order, mut parents) = (vec![], vec![]);
         for _ in 1..self.generations {
             if evaluator.done() {
                 return;
             }
-            let mut order: Vec<usize> = (0..points.len()).collect();
-            order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
-            let children = self.children(&points, &selection.parents(&order, random), crossed, random);
-            let child_costs = evaluator.costs(&children);
-            let elite = order.iter().take(self.elite);
-            costs = elite.clone().map(|&i| costs[i]).chain(child_costs).collect();
-            points = elite.map(|&i| points[i].clone()).chain(children).collect();
+            best_first(&costs, &mut order);
+            selection.choose(&order, random, &mut parents);
+            let (kept, children) = next.split_at_mut(elite);
+            for (kept, &index) in kept.iter_mut().zip(&order) {
+                kept.copy_from_slice(&points[index]);
+            }
+            self.fill(children, &points, &parents, crossed, random);
+            let child_costs = evaluator.costs(children);
+            costs = order[..elite].iter().map(|&index| costs[index]).chain(child_costs).collect();
+            std::mem::swap(&mut points, &mut next);
         }
         if self.hybrid && !evaluator.done() {
             pattern_search(evaluator, 0.1);
@@ -75,22 +82,26 @@ impl ThesisGa {
     }
 
     /// The next generation without its elite: `crossed` children of two parents, and mutants of the other parents.
-    fn children(&self, points: &[Vec<f64>], parents: &[usize], crossed: usize, random: &mut Random) -> Vec<Vec<f64>> {
+    fn fill(
+        &self,
+        children: &mut [Vec<f64>],
+        points: &[Vec<f64>],
+        parents: &[usize],
+        crossed: usize,
+        random: &mut Random,
+    ) {
+        let (of_two, mutants) = children.split_at_mut(crossed);
         let (pairs, single) = parents.split_at(2 * crossed);
-        let mut children = Vec::with_capacity(crossed + single.len());
-        for pair in pairs.chunks_exact(2) {
-            let mut child = two_point(&points[pair[0]], &points[pair[1]], random);
+        for (child, pair) in of_two.iter_mut().zip(pairs.chunks_exact(2)) {
+            two_point(&points[pair[0]], &points[pair[1]], random, child);
             if random.unit() < self.mutation {
-                self.mutate(&mut child, random);
+                self.mutate(child, random);
             }
-            children.push(child);
         }
-        for &parent in single {
-            let mut child = points[parent].clone();
-            self.mutate(&mut child, random);
-            children.push(child);
+        for (mutant, &parent) in mutants.iter_mut().zip(single) {
+            mutant.copy_from_slice(&points[parent]);
+            self.mutate(mutant, random);
         }
-        children
     }
 
     fn mutate(&self, genes: &mut [f64], random: &mut Random) {
@@ -102,6 +113,22 @@ impl ThesisGa {
     }
 }
 
+/// The individuals by their costs, lowest first, and of equal costs in their order.
+fn best_first(costs: &[f64], order: &mut Vec<usize>) {
+    // A cost and a place in one number each, which are compared faster than places through their costs.
+    let mut keys: Vec<(i64, usize)> = costs.iter().map(|cost| total_order(*cost)).zip(0..).collect();
+    keys.sort_unstable();
+    order.clear();
+    order.extend(keys.iter().map(|(_, index)| index));
+}
+
+/// A number in the order of `f64::total_cmp`.
+fn total_order(x: f64) -> i64 {
+    let bits = x.to_bits().cast_signed();
+    // Below zero a greater size is less: all bits but the sign are turned.
+    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
+}
+
 /// Selection "remainder" by rank. What it needs of the ranks is computed once, because it is the same in every generation.
 struct Selection {
     wanted: usize,
@@ -110,7 +137,12 @@ struct Selection {
     /// What is left of its expectation, by which the other places are drawn.
     fractions: Vec<f64>,
     sum: f64,
+    /// The sums of the fractions up to each rank.
+    ends: Vec<f64>,
 }
+
+/// Differences of sums that rounding does not reach: sums of some hundred fractions err by less than 1e-12.
+const SURELY: f64 = 1e-9;
 
 impl Selection {
     /// Of `wanted` parents among so many individuals.
@@ -121,38 +153,52 @@ impl Selection {
         let whole = expectations.iter().map(|e| *e as usize).collect();
         let fractions: Vec<f64> = expectations.iter().map(|e| e.fract()).collect();
         let sum = fractions.iter().sum();
-        Self { wanted, whole, fractions, sum }
+        let add = |end: &mut f64, fraction: &f64| {
+            *end += fraction;
+            Some(*end)
+        };
+        let ends = fractions.iter().scan(0.0, add).collect();
+        Self { wanted, whole, fractions, sum, ends }
     }
 
-    /// The parents in random order; `order` lists the individuals, best first.
-    fn parents(&self, order: &[usize], random: &mut Random) -> Vec<usize> {
-        let mut parents = Vec::with_capacity(self.wanted + 1);
+    /// Fills the parents in random order; `order` lists the individuals, best first.
+    fn choose(&self, order: &[usize], random: &mut Random, parents: &mut Vec<usize>) {
+        parents.clear();
         for (&index, &times) in order.iter().zip(&self.whole) {
             parents.extend(std::iter::repeat_n(index, times));
         }
         while parents.len() < self.wanted {
-            let mut at = random.unit() * self.sum;
-            let slot = self.fractions.iter().position(|fraction| {
-                at -= fraction;
-                at < 0.0
-            });
-            parents.push(order[slot.unwrap_or(order.len() - 1)]);
+            parents.push(order[self.rank_at(random.unit() * self.sum)]);
         }
         parents.truncate(self.wanted);
-        random.shuffle(&mut parents);
-        parents
+        random.shuffle(parents);
+    }
+
+    /// The rank at a place of the roulette: the first whose fraction, with those before it taken away, leaves less than nothing.
+    fn rank_at(&self, at: f64) -> usize {
+        let rank = self.ends.partition_point(|end| *end <= at);
+        let begin = rank.checked_sub(1).map_or(f64::NEG_INFINITY, |before| self.ends[before]);
+        if self.ends.get(rank).is_some_and(|end| end - at > SURELY) && at - begin > SURELY {
+            return rank;
+        }
+        // At a border between ranks the order of the roundings decides.
+        let mut left = at;
+        let slot = self.fractions.iter().position(|fraction| {
+            left -= fraction;
+            left < 0.0
+        });
+        slot.unwrap_or(self.fractions.len() - 1)
     }
 }
 
-/// The genes of `first` with those between two different cuts from `second`.
-fn two_point(first: &[f64], second: &[f64], random: &mut Random) -> Vec<f64> {
+/// Fills a child with the genes of `first`, and those between two different cuts from `second`.
+fn two_point(first: &[f64], second: &[f64], random: &mut Random, child: &mut [f64]) {
     let cut = random.below(first.len());
     // A second cut at a different border between genes.
     let other = (cut + 1 + random.below(first.len().max(2) - 1)) % first.len();
     let (low, high) = (cut.min(other), cut.max(other));
-    let mut child = first.to_vec();
+    child.copy_from_slice(first);
     child[low..high].copy_from_slice(&second[low..high]);
-    child
 }
 
 #[cfg(test)]
@@ -164,11 +210,11 @@ mod tests {
         let order: Vec<usize> = (0..100).rev().collect();
         let mut random = Random::new(3);
         let selection = Selection::of(100, 195);
-        let mut counts = [0.0; 100];
+        let (mut counts, mut parents) = ([0.0; 100], vec![]);
         for _ in 0..4000 {
-            let parents = selection.parents(&order, &mut random);
+            selection.choose(&order, &mut random, &mut parents);
             assert_eq!(parents.len(), 195);
-            for parent in parents {
+            for &parent in &parents {
                 counts[parent] += 1.0 / 4000.0;
             }
         }
@@ -206,20 +252,60 @@ mod tests {
         };
         for (individuals, wanted) in [(100, 176), (100, 195), (7, 3), (1, 1), (33, 64)] {
             let selection = Selection::of(individuals, wanted);
-            let (mut a, mut b) = (Random::new(11), Random::new(11));
+            let (mut a, mut b, mut parents) = (Random::new(11), Random::new(11), vec![]);
             for generation in 0..200 {
                 let mut order: Vec<usize> = (0..individuals).collect();
                 order.rotate_left(generation % individuals);
-                assert_eq!(selection.parents(&order, &mut a), whole(&order, wanted, &mut b));
+                selection.choose(&order, &mut a, &mut parents);
+                assert_eq!(parents, whole(&order, wanted, &mut b));
             }
+        }
+    }
+
+    /// The rank at every border of the roulette, and beside it by the least steps, is that of taking away one fraction after the other.
+    #[test]
+    fn the_rank_at_a_border_is_that_of_taking_away() {
+        for (individuals, wanted) in [(100, 195), (100, 176), (7, 3), (1, 1), (33, 64)] {
+            let selection = Selection::of(individuals, wanted);
+            let slowly = |mut at: f64| {
+                let ranks = selection.fractions.iter().position(|fraction| {
+                    at -= fraction;
+                    at < 0.0
+                });
+                ranks.unwrap_or(individuals - 1)
+            };
+            let mut random = Random::new(5);
+            let between = (0..2000).map(|_| random.unit() * selection.sum).collect::<Vec<f64>>();
+            let borders =
+                selection.ends.iter().flat_map(|end| (-40..=40).map(move |k| end + f64::from(k) * 1e-16 * end));
+            for at in borders.chain(between).filter(|at| *at >= 0.0) {
+                assert_eq!(selection.rank_at(at), slowly(at), "{at} of {individuals}");
+            }
+        }
+    }
+
+    /// The order is that of a stable sort by `total_cmp`, with equal costs, infinities and both zeros.
+    #[test]
+    fn the_best_are_first_and_equal_ones_in_their_order() {
+        let mut random = Random::new(4);
+        let (mut order, special) =
+            (vec![], [f64::INFINITY, -0.0, 0.0, 1.0, f64::NEG_INFINITY, -1.0, -1e-300, f64::NAN]);
+        for count in 1..200 {
+            let costs: Vec<f64> = (0..count)
+                .map(|_| if random.unit() < 0.3 { special[random.below(8)] } else { (random.unit() - 0.2) * 100.0 })
+                .collect();
+            let mut slowly: Vec<usize> = (0..count).collect();
+            slowly.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+            best_first(&costs, &mut order);
+            assert_eq!(order, slowly, "{costs:?}");
         }
     }
 
     #[test]
     fn a_child_has_one_run_of_genes_of_its_second_parent() {
-        let (mut random, mut lengths) = (Random::new(1), [0; 13]);
+        let (mut random, mut lengths, mut child) = (Random::new(1), [0; 13], [0.5; 12]);
         for _ in 0..2000 {
-            let child = two_point(&[0.0; 12], &[1.0; 12], &mut random);
+            two_point(&[0.0; 12], &[1.0; 12], &mut random, &mut child);
             let changes = child.windows(2).filter(|w| w[0] != w[1]).count();
             let length = child.iter().filter(|gene| **gene == 1.0).count();
             assert!(changes <= 2 && (1..12).contains(&length), "{child:?}");

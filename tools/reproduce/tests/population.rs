@@ -144,6 +144,72 @@ fn scores_do_not_depend_on_batch_or_threads() {
     }
 }
 
+/// Errors as their definition has them, from angles that one network after the other has in f32.
+fn plain_squares(network: &Network, target: &Target, grid: Grid) -> u64 {
+    let step_s = target.sample_s / grid.steps_per_sample as f64;
+    let c = 0.5 * step_s;
+    let fold = |of: &dyn Fn(&gait_fit::search::Oscillator) -> f64| network.joints.map(|joint| of(&joint) as f32);
+    let (damping, cubic) = (fold(&|j| c * (j.alpha + j.difference)), fold(&|j| j.alpha * j.p / c));
+    let (spring, offset) = (fold(&|j| (c * j.mu) * (c * j.mu)), fold(&|j| j.offset));
+    let (difference, product) = (fold(&|j| c * j.difference), fold(&|j| c * j.product));
+    let acceleration = |x: &[f32; 4], v: &[f32; 4]| -> [f32; 4] {
+        std::array::from_fn(|i| {
+            let (side, leg) = ([1, 0, 3, 2][i], [2, 3, 0, 1][i]);
+            let damped = (-(v[i] * v[i])).mul_add(cubic[i], damping[i]);
+            let sum = (-x[i]).mul_add(spring[i], damped * v[i]);
+            (v[leg] * x[leg]).mul_add(product[i], (-v[side]).mul_add(difference[i], sum))
+        })
+    };
+    let each = |of: &dyn Fn(usize) -> f32| -> [f32; 4] { std::array::from_fn(of) };
+    let mut x = network.start.displacement.map(|x| x as f32);
+    let mut v = network.start.velocity.map(|v| (0.5 * step_s * v) as f32);
+    let mut sum = 0.0f32;
+    for angles in &target.angles {
+        for _ in 0..grid.steps_per_sample {
+            let k1 = acceleration(&x, &v);
+            let x2 = each(&|i| x[i] + v[i]);
+            let k2 = acceleration(&x2, &each(&|i| v[i] + k1[i]));
+            let v3 = each(&|i| v[i] + k2[i]);
+            let k3 = acceleration(&each(&|i| x2[i] + k1[i]), &v3);
+            let k4 = acceleration(&each(&|i| 2f32.mul_add(v3[i], x[i])), &each(&|i| 2f32.mul_add(k3[i], v[i])));
+            let middle = each(&|i| k2[i] + k3[i]);
+            let first = each(&|i| k1[i] + middle[i]);
+            x = each(&|i| first[i].mul_add(2.0 / 3.0, 2f32.mul_add(v[i], x[i])));
+            v = each(&|i| ((first[i] + middle[i]) + k4[i]).mul_add(1.0 / 3.0, v[i]));
+        }
+        for i in 0..4 {
+            let e = (angles[i] as f32 - offset[i]) - x[i];
+            sum = e.mul_add(e, sum);
+        }
+    }
+    (f64::from(sum) / (4.0 * target.angles.len() as f64)).to_bits()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// Every score of a population of any size, on any number of threads, has the bits of the plain computation of its network.
+    #[test]
+    fn scores_are_those_of_the_plain_computation(
+        seed in 0u64..10_000, count in 1usize..120, threads in 1usize..4, is_fine in any::<bool>(),
+    ) {
+        let (networks, mut target) = individuals(seed, count);
+        target.angles.truncate(40);
+        target.rates.truncate(40);
+        let grid = if is_fine { Grid::FINE } else { Grid::SEARCH };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        for all in [false, true] {
+            let got = pool.install(|| errors(&networks, &target, grid, all));
+            prop_assert_eq!(got.len(), count);
+            for (index, (got, network)) in got.iter().zip(&networks).enumerate() {
+                if got.square.is_finite() {
+                    prop_assert_eq!(got.square.to_bits(), plain_squares(network, &target, grid), "{} of {}", index, count);
+                }
+            }
+        }
+    }
+}
+
 /// With the largest product gains some individuals diverge: their cost is +infinity, and the others are not affected.
 #[test]
 fn a_diverged_individual_costs_infinity() {

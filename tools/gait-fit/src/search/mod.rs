@@ -6,7 +6,7 @@
 //! | [`fit_phase_coupled`], [`fit_network`] | R1, the phase-coupled network, of four joints and of any number |
 //! | [`cma_es`] | CMA-ES with IPOP or BIPOP restarts |
 //! | [`levenberg`] | Levenberg-Marquardt in the unit box, a Jacobian in one batch |
-//! | [`network`], [`lanes`] | the thesis' network, eqs 13-16, one individual a SIMD lane |
+//! | [`network`], [`lanes`] | the thesis' network, eqs 13-16, for many individuals in SIMD vectors |
 //! | [`Evaluator`] | counts evaluations and keeps the best point |
 //!
 //! Everything random comes from a seed and is drawn on one thread: the same seed gives the same bits, on any number of threads.
@@ -20,6 +20,7 @@ pub mod orbit_check;
 mod phase_coupled;
 mod random;
 mod settle;
+mod side_by_side;
 mod thesis;
 mod waveform;
 

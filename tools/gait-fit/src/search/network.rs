@@ -9,14 +9,11 @@
 //!
 //! Same equations as `cpg_core::network::thesis`, but without its bounds on the states, so that a diverging individual is
 //! detected. As in `cpg_core::math::second_order`, the time unit is half a step and the stages of displacement collapse into sums of accelerations
-//! (Nystrom), which leaves 164 operations a step, 28 for each of four accelerations and 13 a joint for the stages.
+//! (Nystrom), which leaves 44 operations a step for each joint, seven for each of four accelerations and 16 for the stages.
+
+use cpg_core::network::thesis::ThesisConfig;
 
 use super::lanes::Lanes;
-
-/// Left to right of hips and knees: the neighbour of the difference link.
-const OTHER_SIDE: [usize; 4] = [1, 0, 3, 2];
-/// Hip to knee and back: the neighbour of the product link.
-const SAME_LEG: [usize; 4] = [2, 3, 0, 1];
 
 /// One joint of an individual.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -94,40 +91,39 @@ impl Network {
         let mut state = Pair::new(plain, &[self], step_s);
         for _ in 0..steps {
             state.step(plain, &field);
-            see(&state.lane(plain, 0, step_s));
+            see(&state.individual(plain, 0, step_s));
         }
     }
 }
 
-/// The constants of the equations, folded for a time unit c of half a step, for one individual a lane.
+/// The constants of the equations, folded for a time unit c of half a step, for the individuals of one vector.
 ///
 /// Aligned to a cache line, because the vectors themselves are not: without it the search is slower by 40 percent.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Field<V> {
     /// c (alpha + d).
-    damping: [V; 4],
+    damping: V,
     /// alpha p / c.
-    cubic: [V; 4],
+    cubic: V,
     /// (c mu)^2.
-    spring: [V; 4],
+    spring: V,
     /// c d.
-    difference: [V; 4],
+    difference: V,
     /// c k of the product link.
-    product: [V; 4],
+    product: V,
     third: V,
     two_thirds: V,
-    two: V,
 }
 
 impl<V: Copy> Field<V> {
-    /// Lanes beyond the individuals repeat the last.
+    /// Places beyond the individuals repeat the last.
     #[inline(always)]
     pub fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
         let c = 0.5 * step_s;
         let last = individuals.len() - 1;
-        let each = |of: &dyn Fn(&Oscillator) -> f64| -> [V; 4] {
-            std::array::from_fn(|joint| l.each(|lane| of(&individuals[lane.min(last)].joints[joint])))
+        let each = |of: &dyn Fn(&Oscillator) -> f64| -> V {
+            l.each(|individual, joint| of(&individuals[individual.min(last)].joints[joint]))
         };
         Self {
             damping: each(&|j| c * (j.alpha + j.difference)),
@@ -135,31 +131,55 @@ impl<V: Copy> Field<V> {
             spring: each(&|j| (c * j.mu) * (c * j.mu)),
             difference: each(&|j| c * j.difference),
             product: each(&|j| c * j.product),
-            third: l.splat(L::scalar(1.0 / 3.0)),
-            two_thirds: l.splat(L::scalar(2.0 / 3.0)),
-            two: l.splat(L::scalar(2.0)),
+            third: l.splat(1.0 / 3.0),
+            two_thirds: l.splat(2.0 / 3.0),
         }
     }
 }
 
-/// The acceleration of each joint, for several vectors of individuals side by side.
+impl<V: Copy> Field<V> {
+    /// The constants that `cpg_core` folds for a step of 1 ms. Places beyond the networks repeat the last.
+    #[inline(always)]
+    pub(crate) fn as_core<L: Lanes<Vector = V>>(l: L, configs: &[&ThesisConfig<f64>]) -> Self {
+        let last = configs.len() - 1;
+        let each = |of: &dyn Fn(&ThesisConfig<f64>, usize) -> f64| -> V {
+            l.each(|individual, joint| of(configs[individual.min(last)], joint))
+        };
+        // Links between left and right: (0, 1) and (2, 3), between hip and knee: (0, 2) and (1, 3).
+        let difference =
+            |config: &ThesisConfig<f64>, joint: usize| CORE_UNIT_S * config.difference[joint / 2][joint % 2];
+        Self {
+            damping: each(&|config, joint| CORE_UNIT_S * config.joints[joint].alpha + difference(config, joint)),
+            cubic: each(&|config, joint| config.joints[joint].alpha * config.joints[joint].p / CORE_UNIT_S),
+            spring: each(&|config, joint| {
+                (CORE_UNIT_S * config.joints[joint].mu) * (CORE_UNIT_S * config.joints[joint].mu)
+            }),
+            difference: each(&difference),
+            product: each(&|config, joint| CORE_UNIT_S * config.product[joint % 2][joint / 2]),
+            third: l.splat(1.0 / 3.0),
+            two_thirds: l.splat(2.0 / 3.0),
+        }
+    }
+}
+
+/// The time unit of `cpg_core` at a step of 1 ms, seconds: half a step.
+pub(crate) const CORE_UNIT_S: f64 = 1000.0 / 2_000_000.0;
+
+/// The accelerations of several vectors of individuals side by side.
 #[inline(always)]
 fn accelerations<L: Lanes, const G: usize>(
     l: L,
     fields: &[Field<L::Vector>; G],
-    x: &[[L::Vector; 4]; G],
-    v: &[[L::Vector; 4]; G],
-) -> [[L::Vector; 4]; G] {
+    x: &[L::Vector; G],
+    v: &[L::Vector; G],
+) -> [L::Vector; G] {
     let mut a = *x;
-    for i in 0..4 {
-        for g in 0..G {
-            let (field, x, v) = (&fields[g], &x[g], &v[g]);
-            let damping = l.sub_mul(field.damping[i], l.mul(v[i], v[i]), field.cubic[i]);
-            let mut sum = l.sub_mul(l.mul(damping, v[i]), x[i], field.spring[i]);
-            sum = l.sub_mul(sum, v[OTHER_SIDE[i]], field.difference[i]);
-            let m = SAME_LEG[i];
-            a[g][i] = l.mul_add(l.mul(v[m], x[m]), field.product[i], sum);
-        }
+    for g in 0..G {
+        let (field, x, v) = (&fields[g], x[g], v[g]);
+        let damping = l.sub_mul(field.damping, l.mul(v, v), field.cubic);
+        let mut sum = l.sub_mul(l.mul(damping, v), x, field.spring);
+        sum = l.sub_mul(sum, l.other_side(v), field.difference);
+        a[g] = l.mul_add(l.other_joint(l.mul(v, x)), field.product, sum);
     }
     a
 }
@@ -169,28 +189,28 @@ fn accelerations<L: Lanes, const G: usize>(
 #[repr(C, align(64))]
 pub struct Pair<V> {
     /// Displacement from the offset, degrees.
-    pub x: [V; 4],
+    pub x: V,
     /// Velocity, degrees per half a step.
-    pub v: [V; 4],
+    pub v: V,
 }
 
 impl<V: Copy> Pair<V> {
-    /// The individuals' starts; lanes beyond them repeat the last.
+    /// The individuals' starts; places beyond them repeat the last.
     #[inline(always)]
     pub fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
         let last = individuals.len() - 1;
-        let start = |lane: usize| &individuals[lane.min(last)].start;
+        let start = |individual: usize| &individuals[individual.min(last)].start;
         Self {
-            x: std::array::from_fn(|i| l.each(|lane| start(lane).displacement[i])),
-            v: std::array::from_fn(|i| l.each(|lane| 0.5 * step_s * start(lane).velocity[i])),
+            x: l.each(|individual, joint| start(individual).displacement[joint]),
+            v: l.each(|individual, joint| 0.5 * step_s * start(individual).velocity[joint]),
         }
     }
 
     /// The state of one individual, in degrees and degrees per second.
-    pub fn lane<L: Lanes<Vector = V>>(&self, l: L, lane: usize, step_s: f64) -> NetworkState {
+    pub fn individual<L: Lanes<Vector = V>>(&self, l: L, individual: usize, step_s: f64) -> NetworkState {
         NetworkState {
-            displacement: self.x.map(|x| l.lane(x, lane)),
-            velocity: self.v.map(|v| l.lane(v, lane) / (0.5 * step_s)),
+            displacement: std::array::from_fn(|joint| l.at(self.x, individual, joint)),
+            velocity: std::array::from_fn(|joint| l.at(self.v, individual, joint) / (0.5 * step_s)),
         }
     }
 
@@ -212,50 +232,42 @@ impl<V: Copy> Pair<V> {
 /// behind the other it would find the second too late to fill the waits of the first.
 #[inline(always)]
 pub fn step<L: Lanes, const G: usize>(l: L, states: &mut [Pair<L::Vector>; G], fields: &[Field<L::Vector>; G]) {
-    let x: [[L::Vector; 4]; G] = std::array::from_fn(|g| states[g].x);
-    let v: [[L::Vector; 4]; G] = std::array::from_fn(|g| states[g].v);
+    let x: [L::Vector; G] = std::array::from_fn(|g| states[g].x);
+    let v: [L::Vector; G] = std::array::from_fn(|g| states[g].v);
     let k1 = accelerations(l, fields, &x, &v);
     let (mut x2, mut v2) = (x, v);
-    for i in 0..4 {
-        for g in 0..G {
-            x2[g][i] = l.add(x[g][i], v[g][i]);
-            v2[g][i] = l.add(v[g][i], k1[g][i]);
-        }
+    for g in 0..G {
+        x2[g] = l.add(x[g], v[g]);
+        v2[g] = l.add(v[g], k1[g]);
     }
     let k2 = accelerations(l, fields, &x2, &v2);
     let (mut x3, mut v3) = (x, v);
-    for i in 0..4 {
-        for g in 0..G {
-            x3[g][i] = l.add(x2[g][i], k1[g][i]);
-            v3[g][i] = l.add(v[g][i], k2[g][i]);
-        }
+    for g in 0..G {
+        x3[g] = l.add(x2[g], k1[g]);
+        v3[g] = l.add(v[g], k2[g]);
     }
     let k3 = accelerations(l, fields, &x3, &v3);
     let (mut x4, mut v4) = (x, v);
-    for i in 0..4 {
-        for g in 0..G {
-            x4[g][i] = l.mul_add(fields[g].two, v3[g][i], x[g][i]);
-            v4[g][i] = l.mul_add(fields[g].two, k3[g][i], v[g][i]);
-        }
+    for g in 0..G {
+        x4[g] = l.plus_twice(x[g], v3[g]);
+        v4[g] = l.plus_twice(v[g], k3[g]);
     }
     let k4 = accelerations(l, fields, &x4, &v4);
-    for i in 0..4 {
-        for g in 0..G {
-            let middle = l.add(k2[g][i], k3[g][i]);
-            let first = l.add(k1[g][i], middle);
-            let all = l.add(l.add(first, middle), k4[g][i]);
-            let moved = l.mul_add(fields[g].two, v[g][i], x[g][i]);
-            states[g].x[i] = l.mul_add(first, fields[g].two_thirds, moved);
-            states[g].v[i] = l.mul_add(all, fields[g].third, v[g][i]);
-        }
+    for g in 0..G {
+        let middle = l.add(k2[g], k3[g]);
+        let first = l.add(k1[g], middle);
+        let all = l.add(l.add(first, middle), k4[g]);
+        states[g].x = l.mul_add(first, fields[g].two_thirds, l.plus_twice(x[g], v[g]));
+        states[g].v = l.mul_add(all, fields[g].third, v[g]);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{Doubles, Plain, Singles};
+    use super::super::lanes::{Doubles, MOST_VECTORS, Plain, Singles, blocks, dispatch};
     use super::super::random::Random;
     use super::*;
+    use proptest::prelude::*;
     use pulp::{Arch, Simd, WithSimd};
 
     /// Networks with different parameters near those of the thesis.
@@ -280,60 +292,178 @@ mod tests {
         (0..count).map(|_| of()).collect()
     }
 
-    const STEPS: usize = 400;
     const STEP: f64 = 0.03;
 
     /// The bits of all states of each individual after the steps, `G` vectors in turns.
-    fn run<L: Lanes, const G: usize>(l: L, all: &[Network]) -> Vec<[u64; 8]> {
+    fn run<L: Lanes, const G: usize>(l: L, all: &[Network], steps: usize) -> Vec<[u64; 8]> {
         let mut out = vec![];
-        for part in all.chunks(G * L::WIDTH) {
+        for part in all.chunks(G * L::INDIVIDUALS) {
             let part: Vec<&Network> = part.iter().collect();
-            let of = |g: usize| &part[g * L::WIDTH..(g + 1) * L::WIDTH];
+            // Of the last vectors some may be empty: they repeat the last individual.
+            let of = |g: usize| {
+                let from = (g * L::INDIVIDUALS).min(part.len() - 1);
+                &part[from..part.len().min((g + 1) * L::INDIVIDUALS).max(from + 1)]
+            };
             let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of(g), STEP));
             let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of(g), STEP));
-            for _ in 0..STEPS {
+            for _ in 0..steps {
                 step(l, &mut states, &fields);
             }
-            for state in &states {
-                for lane in 0..L::WIDTH {
-                    let one = |i: usize| if i < 4 { l.lane(state.x[i], lane) } else { l.lane(state.v[i - 4], lane) };
-                    out.push(std::array::from_fn(|i| one(i).to_bits()));
-                }
+            for index in 0..part.len() {
+                let (state, individual) = (&states[index / L::INDIVIDUALS], index % L::INDIVIDUALS);
+                let one = |i: usize| {
+                    if i < 4 { l.at(state.x, individual, i) } else { l.at(state.v, individual, i - 4) }
+                };
+                out.push(std::array::from_fn(|i| one(i).to_bits()));
             }
         }
         out
     }
 
-    /// Vectors of this machine that take turns have the bits of vectors one after the other, in f32 and in f64.
-    struct InTurns;
+    /// The equations of the head of this file for one individual in f32, joint by joint, in the order in which the vectors have them.
+    fn plainly(network: &Network, steps: usize) -> [u64; 8] {
+        let c = 0.5 * STEP;
+        let fold = |of: &dyn Fn(&Oscillator) -> f64| network.joints.map(|joint| of(&joint) as f32);
+        let damping = fold(&|j| c * (j.alpha + j.difference));
+        let cubic = fold(&|j| j.alpha * j.p / c);
+        let spring = fold(&|j| (c * j.mu) * (c * j.mu));
+        let difference = fold(&|j| c * j.difference);
+        let product = fold(&|j| c * j.product);
+        let acceleration = |x: [f32; 4], v: [f32; 4]| -> [f32; 4] {
+            std::array::from_fn(|i| {
+                let (side, leg) = ([1, 0, 3, 2][i], [2, 3, 0, 1][i]);
+                let damped = (-(v[i] * v[i])).mul_add(cubic[i], damping[i]);
+                let mut sum = (-x[i]).mul_add(spring[i], damped * v[i]);
+                sum = (-v[side]).mul_add(difference[i], sum);
+                (v[leg] * x[leg]).mul_add(product[i], sum)
+            })
+        };
+        let plus = |a: [f32; 4], b: [f32; 4]| -> [f32; 4] { std::array::from_fn(|i| a[i] + b[i]) };
+        let plus_times =
+            |a: [f32; 4], by: f32, b: [f32; 4]| -> [f32; 4] { std::array::from_fn(|i| by.mul_add(b[i], a[i])) };
+        let mut x = network.start.displacement.map(|x| x as f32);
+        let mut v = network.start.velocity.map(|v| (0.5 * STEP * v) as f32);
+        for _ in 0..steps {
+            let k1 = acceleration(x, v);
+            let (x2, v2) = (plus(x, v), plus(v, k1));
+            let k2 = acceleration(x2, v2);
+            let (x3, v3) = (plus(x2, k1), plus(v, k2));
+            let k3 = acceleration(x3, v3);
+            let (x4, v4) = (plus_times(x, 2.0, v3), plus_times(v, 2.0, k3));
+            let k4 = acceleration(x4, v4);
+            let middle = plus(k2, k3);
+            let first = plus(k1, middle);
+            let all = plus(plus(first, middle), k4);
+            x = plus_times(plus_times(x, 2.0, v), 2.0 / 3.0, first);
+            v = plus_times(v, 1.0 / 3.0, all);
+        }
+        std::array::from_fn(|i| f64::from(if i < 4 { x[i] } else { v[i - 4] }).to_bits())
+    }
 
-    impl WithSimd for InTurns {
+    /// The states in vectors of f32, so many vectors in turns.
+    struct Turns<'a> {
+        all: &'a [Network],
+        steps: usize,
+        vectors: usize,
+    }
+
+    impl WithSimd for Turns<'_> {
         type Output = Vec<[u64; 8]>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-            let all = networks(96);
-            let singles = run::<_, 1>(Singles(simd), &all);
-            assert_eq!(run::<_, 2>(Singles(simd), &all), singles);
-            assert_eq!(run::<_, 3>(Singles(simd), &all), singles);
-            assert_eq!(run::<_, 2>(Doubles(simd), &all), run::<_, 1>(Doubles(simd), &all));
-            singles
+            let (l, all, steps) = (Singles(simd), self.all, self.steps);
+            match self.vectors {
+                1 => run::<_, 1>(l, all, steps),
+                2 => run::<_, 2>(l, all, steps),
+                3 => run::<_, 3>(l, all, steps),
+                5 => run::<_, 5>(l, all, steps),
+                _ => run::<_, 8>(l, all, steps),
+            }
+        }
+    }
+
+    /// In f64, where the vectors take turns or not.
+    struct InDouble<'a>(&'a [Network]);
+
+    impl WithSimd for InDouble<'_> {
+        type Output = Vec<[u64; 8]>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let alone = run::<_, 1>(Doubles::<S, false>(simd), self.0, 400);
+            assert_eq!(run::<_, 2>(Doubles::<S, false>(simd), self.0, 400), alone);
+            alone
         }
     }
 
     #[test]
-    fn vectors_in_turns_have_the_bits_of_single_ones() {
-        let in_lanes = Arch::new().dispatch(InTurns);
+    fn in_f32_and_in_f64_it_is_the_same_motion() {
         let all = networks(96);
-        let plain = run::<_, 1>(Plain, &all);
-        assert_eq!(run::<_, 2>(Plain, &all), plain);
-        // In f32 and in f64 it is the same motion, which moves by about 1.
-        for (single, plain) in in_lanes.iter().zip(&plain) {
-            for (a, b) in single.iter().zip(plain) {
-                let (a, b) = (f64::from_bits(*a), f64::from_bits(*b));
-                assert!(b.is_finite() && (a - b).abs() < 1e-3, "{a} {b}");
+        let singles = dispatch(Turns { all: &all, steps: 400, vectors: 8 });
+        let doubles = Arch::new().dispatch(InDouble(&all));
+        let plain = run::<_, 1>(Plain, &all, 400);
+        assert_eq!(run::<_, 2>(Plain, &all, 400), plain);
+        // It moves by about 1.
+        for ((single, double), plain) in singles.iter().zip(&doubles).zip(&plain) {
+            for ((single, double), plain) in single.iter().zip(double).zip(plain) {
+                let [single, double, plain] = [single, double, plain].map(|bits| f64::from_bits(*bits));
+                assert!(plain.is_finite() && (single - plain).abs() < 1e-3, "{single} {plain}");
+                assert!((double - plain).abs() < 1e-12, "{double} {plain}");
             }
         }
         // The individuals differ, or nothing was compared.
         assert!(plain[0] != plain[1] && plain.iter().flatten().any(|bits| f64::from_bits(*bits).abs() > 0.1));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Every individual has the bits of the plain equations, in vectors of this machine, whatever its place and its neighbours, also
+        /// where a vector or the turns are not full.
+        #[test]
+        fn an_individual_in_a_vector_has_the_bits_of_one_alone(
+            genes in prop::collection::vec(prop::array::uniform32(-1.0..1.0f64), 1..50),
+            vectors in prop::sample::select(vec![1usize, 2, 3, 5, 8]),
+        ) {
+            let all: Vec<Network> = genes.iter().map(|g| {
+                let joints = std::array::from_fn(|i| Oscillator {
+                    alpha: 0.3 + 0.25 * g[i],
+                    p: 1.0 + 0.5 * g[i + 4],
+                    mu: 1.0 + 0.5 * g[i + 8],
+                    offset: 0.0,
+                    difference: 0.2 * g[i + 12],
+                    product: 0.3 * g[i + 16],
+                });
+                let start = NetworkState {
+                    displacement: std::array::from_fn(|i| 2.0 * g[i + 20]),
+                    velocity: std::array::from_fn(|i| 2.0 * g[i + 24]),
+                };
+                Network { joints, start }
+            }).collect();
+            let got = dispatch(Turns { all: &all, steps: 60, vectors });
+            prop_assert_eq!(got.len(), all.len());
+            for (index, (got, network)) in got.iter().zip(&all).enumerate() {
+                let want = plainly(network, 60);
+                // What diverges is not compared: it has no cost.
+                if want.iter().all(|bits| f64::from_bits(*bits).is_finite()) {
+                    prop_assert_eq!(*got, want, "individual {} of {}", index, all.len());
+                }
+            }
+        }
+    }
+
+    /// Every individual is in one block, in order, and the blocks are of whole vectors and few sizes.
+    #[test]
+    fn blocks_hold_every_individual_once() {
+        for threads in [1, 2, 3, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            for individuals in (0..200).chain([640, 1000]) {
+                let all = pool.install(|| blocks(individuals));
+                let ends: Vec<usize> = std::iter::once(0).chain(all.iter().map(|block| block.end)).collect();
+                assert!(all.iter().zip(&ends).all(|(block, end)| block.start == *end && block.end > *end), "{all:?}");
+                assert_eq!(ends.last(), Some(&individuals), "{all:?}");
+                let sizes = all.iter().map(ExactSizeIterator::len);
+                assert!(sizes.clone().max().unwrap_or(0) <= MOST_VECTORS * 4, "{all:?}");
+            }
+        }
     }
 }

@@ -9,6 +9,8 @@ use generator_file::file::{GeneratorSet, ThesisSet};
 use generator_file::returns::comes_back;
 use joint_units::Period;
 
+use super::side_by_side::{Built, States, side_by_side};
+
 /// Strides of the simulation from the network's own start.
 pub const STRIDES: usize = 600;
 /// Random starts of the check; the certificate has more.
@@ -44,28 +46,62 @@ impl Check {
 
 type Net = Thesis<f64>;
 
-/// Checks a set of parameters.
-pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
+/// A network after the strides of the check: one turn of its orbit, or why it is refused.
+pub(crate) type Simulated = Result<Turn, String>;
+
+/// Simulates sets of parameters, side by side.
+pub(crate) fn simulate(sets: &[ThesisSet], stride_s: f64) -> Vec<Simulated> {
+    let stride = (stride_s * 1e3).round() as usize;
+    let built: Vec<Result<Built, String>> = sets.iter().map(build).collect();
+    let nets: Vec<Built> = built.iter().filter_map(|built| built.as_ref().ok().cloned()).collect();
+    let mut states = side_by_side(&nets, 2 * (stride * STRIDES / 2), Turn::steps(stride)).into_iter();
+    let one = |built: Result<Built, String>| {
+        let built = built?;
+        let states = match states.next().flatten() {
+            Some(states) => states,
+            // At its bounds a network is the core's own.
+            None => alone(built.net, stride)?,
+        };
+        Turn::of(states, stride).ok_or_else(no_orbit)
+    };
+    built.into_iter().map(one).collect()
+}
+
+fn build(set: &ThesisSet) -> Result<Built, String> {
     for micros in [1000, COARSE_MICROS] {
         let Some(period) = Period::from_micros(micros) else { continue };
-        if let Err(rule) = GeneratorSet::Thesis(*set).build(period) {
-            return Check::refused(rule.to_string());
-        }
+        GeneratorSet::Thesis(*set).build(period).map_err(|rule| rule.to_string())?;
     }
-    let built = set.config_of::<f64>().build::<LeftRight, HipKnee, _>(Period::MILLISECOND);
-    let mut net: Net = match built {
-        Ok(net) => net,
-        Err(rule) => return Check::refused(rule.to_string()),
-    };
-    let stride = (stride_s * 1e3).round() as usize;
-    let offsets = set.joints.map(|joint| f64::from(joint.offset_deg));
+    let config = set.config_of::<f64>();
+    let net = config.build::<LeftRight, HipKnee, _>(Period::MILLISECOND).map_err(|rule| rule.to_string())?;
+    Ok(Built { config, net })
+}
+
+/// The states of a network that may come to its bounds, which may limit it at first.
+fn alone(mut net: Net, stride: usize) -> Result<States, String> {
     settle(&mut net, stride * STRIDES / 2);
     if !stays_inside(&mut net, stride * STRIDES / 2) {
-        return Check::refused(format!("its states reach their bounds within {STRIDES} strides"));
+        return Err(format!("its states reach their bounds within {STRIDES} strides"));
     }
-    let Some(own) = Turn::of(&mut net, stride) else {
-        return Check::refused(format!("it has no closed orbit after {STRIDES} strides"));
+    let mut states = vec![net.state()];
+    for _ in 0..Turn::steps(stride) {
+        net.step_and_check().map_err(|_| no_orbit())?;
+        states.push(net.state());
+    }
+    Ok(states)
+}
+
+fn no_orbit() -> String {
+    format!("it has no closed orbit after {STRIDES} strides")
+}
+
+/// Checks a set of parameters that was simulated.
+pub(crate) fn check(set: &ThesisSet, simulated: Simulated, target: &Cycle, stride_s: f64) -> Check {
+    let own = match simulated {
+        Ok(own) => own,
+        Err(why) => return Check::refused(why),
     };
+    let offsets = set.joints.map(|joint| f64::from(joint.offset_deg));
     let period_s = own.period * 1e-3;
     let cycle = own.beginning_as(target, &offsets);
     let another = (period_s / stride_s - 1.0).abs() > SAME_PERIOD;
@@ -90,21 +126,21 @@ fn stays_inside(net: &mut Net, steps: usize) -> bool {
 }
 
 /// One period of an orbit.
-struct Turn {
+pub(crate) struct Turn {
     /// States at each millisecond, for slightly more than one period.
-    states: Vec<OscillatorState<4, f64>>,
+    states: States,
     /// Period, milliseconds.
     period: f64,
 }
 
 impl Turn {
-    /// The period that begins now; `None` if the state does not return to its start within 1.6 strides.
-    fn of(net: &mut Net, stride: usize) -> Option<Self> {
-        let mut states = vec![net.state()];
-        for _ in 0..stride * 16 / 10 {
-            net.step_and_check().ok()?;
-            states.push(net.state());
-        }
+    /// Steps in which a period is sought.
+    fn steps(stride: usize) -> usize {
+        stride * 16 / 10
+    }
+
+    /// The period that begins with the states; `None` if they do not return to the first within 1.6 strides.
+    fn of(states: States, stride: usize) -> Option<Self> {
         let spread = |of: &dyn Fn(&OscillatorState<4, f64>) -> f64| {
             let (low, high) = states.iter().map(of).fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
             (0.5 * (high - low)).max(1e-9)

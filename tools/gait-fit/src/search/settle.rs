@@ -3,10 +3,10 @@
 //! A disturbance multiplies each state by 0.9 to 1.1, left and right differently. An orbit that exists only because left and right
 //! start exactly opposite does not survive it.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::lanes::{Lanes, Singles};
+use super::lanes::{Lanes, Singles, blocks, dispatch};
 use super::network::{Field, Network, Pair, step};
 use super::waveform::Sample;
 
@@ -30,20 +30,20 @@ pub(crate) fn settle<R: Send>(
     durations: Durations,
     judge: impl Fn(&Network, &[Vec<Sample>; 3]) -> R + Sync + Send,
 ) -> Vec<R> {
-    // Smaller chunks if there would be only one otherwise.
-    let chunk = if networks.len() < 64 { 16 } else { 32 };
-    let lists: Vec<Vec<R>> = networks
-        .par_chunks(chunk)
-        .map(|chunk| {
-            let records = Arch::new().dispatch(Run { chunk, durations });
-            chunk.iter().zip(&records).map(|(network, records)| judge(network, records)).collect()
+    let lists: Vec<Vec<R>> = blocks(networks.len())
+        .into_par_iter()
+        .map(|block| {
+            let block = &networks[block];
+            let records = dispatch(Run { block, durations });
+            block.iter().zip(&records).map(|(network, records)| judge(network, records)).collect()
         })
         .collect();
     lists.into_iter().flatten().collect()
 }
 
+/// At most [`super::lanes::MOST_VECTORS`] vectors.
 struct Run<'a> {
-    chunk: &'a [Network],
+    block: &'a [Network],
     durations: Durations,
 }
 
@@ -52,48 +52,50 @@ impl WithSimd for Run<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let l = Singles(simd);
-        let width = Singles::<S>::WIDTH;
-        let mut out: Self::Output = Vec::new();
-        for part in self.chunk.chunks(2 * width) {
-            let part: Vec<&Network> = part.iter().collect();
-            if part.len() > width {
-                out.extend(passes::<_, 2>(l, &part, self.durations));
-            } else {
-                out.extend(passes::<_, 1>(l, &part, self.durations));
-            }
+        let (l, durations) = (Singles(simd), self.durations);
+        let block: Vec<&Network> = self.block.iter().collect();
+        match block.len().div_ceil(Singles::<S>::INDIVIDUALS) {
+            0 | 1 => passes::<_, 1>(l, &block, durations),
+            2 => passes::<_, 2>(l, &block, durations),
+            3 => passes::<_, 3>(l, &block, durations),
+            4 => passes::<_, 4>(l, &block, durations),
+            5 => passes::<_, 5>(l, &block, durations),
+            6 => passes::<_, 6>(l, &block, durations),
+            7 => passes::<_, 7>(l, &block, durations),
+            _ => passes::<_, 8>(l, &block, durations),
         }
-        out
     }
 }
 
 #[inline(always)]
-fn passes<L: Lanes, const G: usize>(l: L, part: &[&Network], durations: Durations) -> Vec<[Vec<Sample>; 3]> {
-    let of = |g: usize| &part[g * L::WIDTH..part.len().min((g + 1) * L::WIDTH)];
+fn passes<L: Lanes, const G: usize>(l: L, block: &[&Network], durations: Durations) -> Vec<[Vec<Sample>; 3]> {
+    let of = |g: usize| &block[g * L::INDIVIDUALS..block.len().min((g + 1) * L::INDIVIDUALS)];
     let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of(g), durations.step));
     let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of(g), durations.step));
     // Velocity per half a step to displacement per sample.
-    let per_sample = l.splat(L::scalar(2.0 * durations.steps_per_sample as f64));
+    let per_sample = l.splat(2.0 * durations.steps_per_sample as f64);
     let empty = || std::array::from_fn(|_| Vec::with_capacity(durations.samples));
-    let mut out: Vec<[Vec<Sample>; 3]> = (0..part.len()).map(|_| empty()).collect();
+    let mut out: Vec<[Vec<Sample>; 3]> = (0..block.len()).map(|_| empty()).collect();
     for (pass, factors) in DISTURBANCES.iter().enumerate() {
+        let of_displacements = l.each(|_, joint| factors[joint]);
+        let of_velocities = l.each(|_, joint| factors[joint + 4]);
         for state in &mut states {
-            for joint in 0..4 {
-                state.x[joint] = l.mul(state.x[joint], l.splat(L::scalar(factors[joint])));
-                state.v[joint] = l.mul(state.v[joint], l.splat(L::scalar(factors[joint + 4])));
-            }
+            state.x = l.mul(state.x, of_displacements);
+            state.v = l.mul(state.v, of_velocities);
         }
         let wait = if pass == 0 { durations.first_wait } else { durations.wait };
         for _ in 0..wait {
             step(l, &mut states, &fields);
         }
         for _ in 0..durations.samples {
-            for (g, state) in states.iter().enumerate() {
-                let v = state.v.map(|v| l.mul(v, per_sample));
-                let lanes = out[g * L::WIDTH..].iter_mut().take(L::WIDTH);
-                for (lane, out) in lanes.enumerate() {
-                    let one = |i: usize| if i < 4 { l.lane(state.x[i], lane) } else { l.lane(v[i - 4], lane) };
-                    out[pass].push(std::array::from_fn(|i| one(i) as f32));
+            for (state, out) in states.iter().zip(out.chunks_mut(L::INDIVIDUALS)) {
+                let v = l.mul(state.v, per_sample);
+                for (individual, out) in out.iter_mut().enumerate() {
+                    let number = |i: usize| match i.checked_sub(4) {
+                        None => l.at(state.x, individual, i),
+                        Some(joint) => l.at(v, individual, joint),
+                    };
+                    out[pass].push(std::array::from_fn(|i| number(i) as f32));
                 }
             }
             for _ in 0..durations.steps_per_sample {

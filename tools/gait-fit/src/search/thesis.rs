@@ -32,7 +32,7 @@ use rayon::prelude::*;
 use super::cma_es::{CmaEs, Restart};
 use super::evaluator::{Evaluator, Progress};
 use super::network::{Network, Oscillator};
-use super::orbit_check::{Check, check};
+use super::orbit_check::{Check, Simulated, check, simulate};
 use super::random::Random;
 use super::settle::{Durations, settle};
 use super::waveform::{COARSE, Match, Sample, Stride, Turns, orbit};
@@ -127,7 +127,8 @@ pub fn fit_thesis(
     let Found { history, evaluations, .. } = found;
     let (set, checked) = best.unwrap_or_else(|| {
         let set = flat(target, period_s);
-        (set, check(&set, target, period_s))
+        let simulated = simulate(&[set], period_s).swap_remove(0);
+        (set, check(&set, simulated, target, period_s))
     });
     fit_of(set, checked, history, evaluations)
 }
@@ -142,15 +143,22 @@ fn best_checked(pool: &[(Vec<f64>, f64)], most: usize, aim: &Aim, target: &Cycle
             candidates.push(candidate);
         }
     }
-    let of = |(genes, cost): &(Vec<f64>, f64)| {
-        let set = realise(&decode(genes), aim)?;
-        Some((set, check(&set, target, aim.period_s), *cost))
-    };
+    let realised = |(genes, cost): &&(Vec<f64>, f64)| Some((realise(&decode(genes), aim)?, *cost));
+    let (sets, costs): (Vec<ThesisSet>, Vec<f64>) =
+        candidates.par_iter().map(realised).collect::<Vec<_>>().into_iter().flatten().unzip();
+    let mut simulated = sets.iter().zip(simulate(&sets, aim.period_s)).zip(costs);
     let mut best: Option<(ThesisSet, Check)> = None;
     // Two at a time, which need not wait for each other; the second is not looked at if the first ends the search.
-    for two in candidates.chunks(2) {
-        let checked: Vec<_> = two.par_iter().map(|candidate| of(candidate)).collect();
-        for (set, checked, cost) in checked.into_iter().flatten() {
+    loop {
+        let two: Vec<_> = simulated.by_ref().take(2).collect();
+        if two.is_empty() {
+            return best;
+        }
+        let of = |((set, simulated), cost): ((&ThesisSet, Simulated), f64)| {
+            (*set, check(set, simulated, target, aim.period_s), cost)
+        };
+        let checked: Vec<(ThesisSet, Check, f64)> = two.into_par_iter().map(of).collect();
+        for (set, checked, cost) in checked {
             let as_found = checked.accepted() && checked.rmse() < 1.05 * cost.sqrt();
             let rank = |check: &Check| (!check.accepted(), check.rmse());
             if best.as_ref().is_none_or(|(_, kept)| rank(&checked) < rank(kept)) {
@@ -161,7 +169,6 @@ fn best_checked(pool: &[(Vec<f64>, f64)], most: usize, aim: &Aim, target: &Cycle
             }
         }
     }
-    best
 }
 
 fn fit_of(set: ThesisSet, checked: Check, history: Vec<(usize, f64)>, evaluations: usize) -> ThesisFit {

@@ -141,7 +141,9 @@ impl Stride {
     /// The shift, scales and offsets with the smallest error.
     #[inline(always)]
     pub(crate) fn best_match(&self, orbit: &[[f64; COARSE]; 4], turns: &Turns<COARSE>) -> Match {
-        let joints = orbit.each_ref().map(|points| analyse(points, turns));
+        // No closure: what it does would be compiled for every processor, with its narrowest vectors.
+        let [a, b, c, d] = orbit;
+        let joints = [analyse(a, turns), analyse(b, turns), analyse(c, turns), analyse(d, turns)];
         let power = [joints[0].1 + joints[1].1, joints[2].1 + joints[3].1];
         // Product of conjugate target and orbit harmonics, summed over each pair.
         let mut products = [[[0.0; 2]; ORBIT_HARMONICS]; 2];
