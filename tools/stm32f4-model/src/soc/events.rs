@@ -78,7 +78,8 @@ impl Soc {
     /// True if an advance to this cycle would only pass time: nothing was accessed or broken since the last one, no event is due, and the plant announces
     /// what it did.
     fn is_settled_until(&self, cycle: u64, plant: &dyn Plant) -> bool {
-        let is_settled = self.is_settled && !self.schedule_stale && cycle < self.next && self.pins.is_announced_by(plant);
+        let is_settled =
+            self.is_settled && !self.schedule_stale && cycle < self.next && self.pins.is_announced_by(plant);
         debug_assert!(
             !is_settled
                 || (self.scheduled, self.scheduled_visible) == self.schedule()
