@@ -261,9 +261,8 @@ class VirtualBoard:
                 return done
             at_s += step_s
             volts = body(done) if body else None
-        error = BoardError(f"the board does not arm: the outputs are off {self.time_s:.3f} s after power-on; {self._why()}")
-        error.log = bytes(self._log)
-        raise error
+        text = f"the board does not arm: the outputs are off {self.time_s:.3f} s after power-on; {self._why()}"
+        raise BoardError(text, log=bytes(self._log))
 
     def close(self) -> Verdict:
         """Ends the run at the next whole millisecond, and returns the judge's verdict; its names have the units."""

@@ -12,8 +12,14 @@ class InputError(FootfallError, ValueError):
 class BoardError(FootfallError):
     """The virtual board ended, cannot go on or gave a pulse that no servo may get; the text says why, with times in s and widths in us."""
 
-    #: The last bytes of the log of a board that does not arm, at most 65536, as a debug probe reads them; else empty. No unit.
-    log: bytes = b""
+    def __init__(self, *text: object, log: bytes = b"") -> None:
+        super().__init__(*text)
+        self._log = log
+
+    @property
+    def log(self) -> bytes:
+        """The last bytes of the log of a board that does not arm, at most 65536, as a debug probe reads them; else empty. No unit."""
+        return self._log
 
 
 class RecordingWarning(UserWarning):
