@@ -302,7 +302,7 @@ impl fmt::Display for Finding {
             FindingKind::SignUnclear => {
                 write!(
                     f,
-                    "{joint}: it is unclear whether flexion is positive, as in walking backwards; `--hip-sign flexion|extension` names the sign"
+                    "{joint}: it is unclear whether flexion is positive, as the strides are not those of walking forwards; `--hip-sign flexion|extension` names the sign"
                 )?;
             }
             FindingKind::HipIsKnee => {
@@ -344,7 +344,10 @@ impl fmt::Display for Finding {
             (FindingKind::Held { .. }, _) => Ok(()),
             (FindingKind::HipSign(TakenHipSign { sign, why: HipSignReason::Shape, .. }), _) => {
                 let file = sign.opposite().name();
-                write!(f, "; the sign was changed; `--hip-sign {file}` keeps it, as walking backwards may need")
+                write!(
+                    f,
+                    "; the sign was changed; `--hip-sign {file}` keeps it, for example where the person walks backwards"
+                )
             }
             (
                 FindingKind::HipSign(TakenHipSign { sign, doubt: Some(HipSignDoubt::OtherShape), .. }),
@@ -391,11 +394,9 @@ fn hip_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenHipSign) -> fmt
     }?;
     match doubt {
         Some(HipSignDoubt::OtherShape) => f.write_str(
-            ", but its strides have the shape of the other sign, as those of a person who walks backwards may have",
+            ", but its strides have the shape of the other sign; those of a person who walks backwards may have it too",
         ),
-        Some(HipSignDoubt::NoShape) => {
-            f.write_str(", but its strides do not have the shape of a usual gait, as those of walking backwards do not")
-        }
+        Some(HipSignDoubt::NoShape) => f.write_str(", but its strides do not have the shape of walking forwards"),
         None => Ok(()),
     }
 }

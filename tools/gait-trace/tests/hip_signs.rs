@@ -73,7 +73,7 @@ fn a_hip_of_unknown_sign_is_turned_by_its_shape_and_the_option_is_named() {
     assert_eq!(done.recording, asked(&walk(4.0, 100.0, 1.1, 0.1), None).recording);
     assert_eq!(
         said(&done)[0],
-        "left hip: extension is positive in the file (by the shape of the strides, with a mean of -8 deg); the sign was changed; `--hip-sign flexion` keeps it, as walking backwards may need"
+        "left hip: extension is positive in the file (by the shape of the strides, with a mean of -8 deg); the sign was changed; `--hip-sign flexion` keeps it, for example where the person walks backwards"
     );
 }
 
@@ -85,7 +85,7 @@ fn a_hip_of_known_sign_is_not_turned_and_the_doubt_is_a_warning() {
         assert_eq!(hips(&done), hips_of(&raw));
         let line = |side: &str| {
             format!(
-                "{side} hip: flexion is positive in the file ({why}), but its strides have the shape of the other sign, as those of a person who walks backwards may have; not changed; `--hip-sign extension` changes it"
+                "{side} hip: flexion is positive in the file ({why}), but its strides have the shape of the other sign; those of a person who walks backwards may have it too; not changed; `--hip-sign extension` changes it"
             )
         };
         assert_eq!(said(&done), [line("left"), line("right")]);
@@ -127,7 +127,10 @@ fn of_walking_backwards_the_sign_is_kept_where_it_is_known() {
     let done = asked(&unknown, None);
     assert!(hips(&done) != hips_of(&unknown), "the shape alone misreads it: {:?}", said(&done));
     let lines = said(&done);
-    assert!(lines[0].ends_with("`--hip-sign flexion` keeps it, as walking backwards may need"), "{lines:?}");
+    assert!(
+        lines[0].ends_with("`--hip-sign flexion` keeps it, for example where the person walks backwards"),
+        "{lines:?}"
+    );
 
     let kept = asked(&unknown, Some(PositiveDirection::Flexion));
     assert_eq!(hips(&kept), hips_of(&unknown));
@@ -161,12 +164,12 @@ fn one_indicator_against_a_known_sign_is_said_without_doubt_of_the_sign() {
     let lines = said(&asked(&unclear(SignSource::Unknown), None));
     assert_eq!(
         lines[0],
-        "left hip: it is unclear whether flexion is positive, as in walking backwards; `--hip-sign flexion|extension` names the sign; not changed"
+        "left hip: it is unclear whether flexion is positive, as the strides are not those of walking forwards; `--hip-sign flexion|extension` names the sign; not changed"
     );
     let lines = said(&asked(&unclear(BY_FORMAT), None));
     assert_eq!(
         lines[0],
-        "left hip: flexion is positive in the file (by definition of a test), but its strides do not have the shape of a usual gait, as those of walking backwards do not; not changed"
+        "left hip: flexion is positive in the file (by definition of a test), but its strides do not have the shape of walking forwards; not changed"
     );
 }
 
