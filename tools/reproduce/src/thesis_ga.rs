@@ -115,18 +115,11 @@ impl ThesisGa {
 
 /// The individuals by their costs, lowest first, and of equal costs in their order.
 fn best_first(costs: &[f64], order: &mut Vec<usize>) {
-    // A cost and a place in one number each, which are compared faster than places through their costs.
-    let mut keys: Vec<(i64, usize)> = costs.iter().map(|cost| total_order(*cost)).zip(0..).collect();
-    keys.sort_unstable();
+    // Each cost beside its place: compared faster than places through their costs.
+    let mut keys: Vec<(f64, usize)> = costs.iter().copied().zip(0..).collect();
+    keys.sort_unstable_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
     order.clear();
     order.extend(keys.iter().map(|(_, index)| index));
-}
-
-/// A number in the order of `f64::total_cmp`.
-fn total_order(x: f64) -> i64 {
-    let bits = x.to_bits().cast_signed();
-    // Below zero a greater size is less: all bits but the sign are turned.
-    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
 /// Selection "remainder" by rank. What it needs of the ranks is computed once, because it is the same in every generation.

@@ -135,9 +135,7 @@ impl<V: Copy> Field<V> {
             two_thirds: l.splat(2.0 / 3.0),
         }
     }
-}
 
-impl<V: Copy> Field<V> {
     /// The constants that `cpg_core` folds for a step of 1 ms. Places beyond the networks repeat the last.
     #[inline(always)]
     pub(crate) fn as_core<L: Lanes<Vector = V>>(l: L, configs: &[&ThesisConfig<f64>]) -> Self {

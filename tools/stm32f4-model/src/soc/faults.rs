@@ -152,7 +152,6 @@ impl Soc {
     pub fn force_overrun(&mut self, index: usize) {
         if let Some(adc) = self.adcs.get_mut(index) {
             adc.force_overrun();
-            self.is_settled = false;
         }
     }
 
@@ -168,7 +167,6 @@ impl Soc {
     pub fn set_stuck_bits(&mut self, index: usize, low: u16, high: u16) {
         if let Some(adc) = self.adcs.get_mut(index) {
             adc.set_stuck_bits(low, high);
-            self.is_settled = false;
         }
     }
 
@@ -176,7 +174,6 @@ impl Soc {
     pub fn fail_next_transfer(&mut self, controller: usize, stream: usize) {
         if let Some(dma) = self.dma.get_mut(controller).filter(|_| stream < 8) {
             dma.fail_next_transfer(stream);
-            self.is_settled = false;
         }
     }
 
@@ -184,6 +181,7 @@ impl Soc {
     pub fn stall_stream(&mut self, controller: usize, stream: usize, is_stalled: bool) {
         if let Some(dma) = self.dma.get_mut(controller).filter(|_| stream < 8) {
             dma.stall(stream, is_stalled);
+            // A request that waits is served with the next advance.
             self.is_settled = false;
         }
     }
@@ -192,7 +190,6 @@ impl Soc {
     pub fn lose_next_request(&mut self, controller: usize, stream: usize) {
         if let Some(dma) = self.dma.get_mut(controller).filter(|_| stream < 8) {
             dma.lose_next_request(stream);
-            self.is_settled = false;
         }
     }
 }

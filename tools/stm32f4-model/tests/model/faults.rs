@@ -226,6 +226,8 @@ fn a_stalled_stream_leads_to_an_overrun() {
     short.soc.stall_stream(1, 0, true);
     short.to(3_500);
     short.soc.stall_stream(1, 0, false);
+    short.to(3_510);
+    assert_eq!(codes(&mut short)[..4], [1, 2, 3, 0], "the request that waits is served at once");
     short.to(4_500);
     assert_eq!(codes(&mut short)[..4], [1, 2, 3, 4]);
 }

@@ -14,8 +14,8 @@ use crate::script::Inject;
 
 /// Between two phases, s: a little more than a tick, so that both the servo frame and the tick are met at all phases.
 const PHASE_S: f64 = 1.05e-3;
-/// Watched after a reaction, s: two servo frames of 20 ms, and the longest pulse. A servo that is still driven gets two pulses.
-const AFTERWARDS_S: f64 = 0.0425;
+/// Watched after a reaction, s: three servo frames.
+const AFTERWARDS_S: f64 = 0.06;
 /// Longest wait for the effect of a fault, such as the next call of a function, s.
 const EFFECT_S: f64 = 1.2;
 /// Watched after the last of several faults, s.
