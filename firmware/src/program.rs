@@ -14,10 +14,8 @@ use crate::stopwatch;
 
 /// Time that the first pass takes of a round of telemetry, us. A press must not wait for it.
 const FIRST_US: u32 = 500;
-/// Bytes of a piece of the first pass.
-const FIRST_BYTES: u32 = 512;
-/// Bytes of the piece of a later round.
-const BYTES: u32 = 256;
+/// Bytes of a piece. A round of a later pass has one.
+const BYTES: u32 = 512;
 
 /// The first pass has not ended.
 const CHECKING: u8 = 0;
@@ -54,12 +52,11 @@ impl ProgramCheck {
     pub(crate) fn step(&mut self) -> Option<Unproven> {
         let begun = stopwatch::now_us();
         loop {
-            let bytes = match STATE.load(Ordering::Relaxed) {
-                CHECKING => FIRST_BYTES,
-                PROVEN => BYTES,
-                _ => return None,
-            };
-            match self.piece(bytes) {
+            let state = STATE.load(Ordering::Relaxed);
+            if state == WRONG {
+                return None;
+            }
+            match self.piece() {
                 None => {}
                 Some(Ok(())) => STATE.store(PROVEN, Ordering::Relaxed),
                 Some(Err(unproven)) => {
@@ -67,14 +64,14 @@ impl ProgramCheck {
                     return Some(unproven);
                 }
             }
-            if bytes == BYTES || since(stopwatch::now_us(), begun) >= FIRST_US {
+            if state == PROVEN || since(stopwatch::now_us(), begun) >= FIRST_US {
                 return None;
             }
         }
     }
 
     /// The result of a pass, with its last piece.
-    fn piece(&mut self, bytes: u32) -> Option<Result<(), Unproven>> {
+    fn piece(&mut self) -> Option<Result<(), Unproven>> {
         let mut pass = match self.pass.take() {
             Some(pass) => pass,
             None => match Check::begin(seal()) {
@@ -82,7 +79,7 @@ impl ProgramCheck {
                 Err(unproven) => return Some(Err(unproven)),
             },
         };
-        let result = pass.step(bytes, read);
+        let result = pass.step(BYTES, read);
         if result.is_none() {
             self.pass = Some(pass);
         }

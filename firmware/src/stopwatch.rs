@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::rcc::vals::Sw;
-use embassy_stm32::pac::timer::regs::{CcerGp16, SrGp16};
+use embassy_stm32::pac::timer::regs::{CcerGp16, DierGp16, SrGp16};
 use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::pac::{RCC, TIM5};
 use firmware::oscillator::{EDGES_A_CAPTURE, INTERVALS, TIMEOUT_US, frequency};
@@ -17,6 +17,9 @@ use firmware::pacing::since;
 use joint_loop::WatchdogHz;
 
 use crate::clocks::{self, APB1_TIMER_MHZ};
+
+/// SEVONPEND of SCR (ARMv7-M ARM, B3.2.7): what becomes pending is an event, which ends a WFE.
+const SEVONPEND: u32 = 1 << 4;
 
 /// Clock of TIM5 while the core runs on the oscillator that the chip starts with, MHz.
 const START_UP_MHZ: u16 = 16;
@@ -34,6 +37,8 @@ pub(crate) fn start() {
     if let Some(mut core) = cortex_m::Peripherals::take() {
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
+        // SAFETY: an interrupt that becomes pending, enabled or not, only ends a WFE; every wait here looks again.
+        unsafe { core.SCB.scr.modify(|scr| scr | SEVONPEND) };
     }
 }
 
@@ -63,11 +68,14 @@ pub(crate) fn now_us() -> u32 {
 }
 
 /// Measures LSI, the clock of the watchdog, by the captures of [`INTERVALS`]; 0 Hz if they do not come in [`TIMEOUT_US`]. It waits for them: 1.1 ms at
-/// 32 kHz. An interrupt that is longer than an interval begins the measurement again.
+/// 32 kHz. The core sleeps in between: a capture or the end of the time becomes pending, which is an event. An interrupt that is longer than an interval
+/// begins the measurement again.
 pub(crate) fn measure_watchdog_clock() -> WatchdogHz {
     /// Channel 4, counted from 0, and in its half.
     const CHANNEL: usize = 3;
     const IN_HALF: usize = 1;
+    /// The channel that compares: at the end of the time.
+    const END: usize = 0;
     /// TI4_RMP of TIM5_OR (RM0090 18.4.20): LSI.
     const LSI_TO_CHANNEL_4: u32 = 1 << 6;
     const PRESCALER: u8 = EDGES_A_CAPTURE.ilog2() as u8;
@@ -80,11 +88,20 @@ pub(crate) fn measure_watchdog_clock() -> WatchdogHz {
     });
     TIM5.ccer().write(|w| w.set_cce(CHANNEL, true));
     let begun = now_us();
+    TIM5.ccr(END).write_value(begun.wrapping_add(TIMEOUT_US));
+    // Its flag is that of the last measurement. One that stays would hide the captures from the core.
+    let mut clear = SrGp16(u32::MAX);
+    clear.set_ccif(END, false);
+    TIM5.sr().write_value(clear);
+    TIM5.dier().write(|w| [CHANNEL, END].iter().for_each(|&channel| w.set_ccie(channel, true)));
     let (mut first, mut intervals) = (None, 0);
     let mut found = WatchdogHz(0);
     while since(now_us(), begun) < TIMEOUT_US {
         let flags = TIM5.sr().read();
         if !flags.ccif(CHANNEL) {
+            // One that comes before the wait is an event too. Only what becomes pending anew is the next event.
+            cortex_m::asm::wfe();
+            NVIC::unpend(interrupt::TIM5);
             continue;
         }
         // The read clears the flag.
@@ -107,6 +124,8 @@ pub(crate) fn measure_watchdog_clock() -> WatchdogHz {
         }
     }
     TIM5.ccer().write_value(CcerGp16(0));
+    TIM5.dier().write_value(DierGp16(0));
+    NVIC::unpend(interrupt::TIM5);
     found
 }
 

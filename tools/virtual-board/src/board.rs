@@ -390,6 +390,15 @@ impl Machine for BoardModel {
         }
     }
 
+    fn stay(&mut self) {
+        // Without an access nothing changes before the deadline, and no pass ends behind the horizon.
+        let cycles = self.deadline.min(self.horizon).saturating_sub(self.now).min(u64::from(u32::MAX));
+        let passes = (cycles * 1000).saturating_sub(self.cycle_remainder) / self.cpi_milli;
+        let passes = u32::try_from(passes).unwrap_or(u32::MAX);
+        self.instructions += u64::from(passes);
+        self.spend(passes);
+    }
+
     fn send_event(&mut self) {
         self.event = true;
     }
@@ -470,5 +479,31 @@ mod tests {
             assert!(!board.is_quiet(f64::INFINITY), "disturbance {n}");
         }
         assert!(!asleep().is_quiet(0.0), "a fault is to be injected");
+    }
+
+    /// The passes of a branch to itself, one by one and as many as nothing would stop.
+    #[test]
+    fn passes_that_are_only_counted_end_where_executed_ones_would() {
+        let no_masks = || -> Masks { unreachable!("no exception is possible") };
+        for cpi in [0.1, 0.7, 1.0, 1.3, 2.999, 20.0] {
+            for (deadline, horizon) in [(1_000, u64::MAX), (1_001, 1_000), (997, 1_003), (5, 5), (0, u64::MAX)] {
+                let board = || {
+                    let mut board = BoardModel::new(Soc::new(SocConfig::default()), BoardPlant::default(), cpi);
+                    board.now = 2;
+                    (board.deadline, board.horizon) = (deadline, horizon);
+                    board.charge(0x0800_0000, 3);
+                    board
+                };
+                let (mut executed, mut counted) = (board(), board());
+                counted.stay();
+                for board in [&mut executed, &mut counted] {
+                    while !board.before_block(1, no_masks) {
+                        board.charge(0x0800_0000, 1);
+                    }
+                }
+                let at = |board: &BoardModel| (board.now, board.cycle_remainder, board.instructions, board.met_horizon);
+                assert_eq!(at(&counted), at(&executed), "{cpi} cycles each, to {deadline} and {horizon}");
+            }
+        }
     }
 }

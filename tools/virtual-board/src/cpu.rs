@@ -99,6 +99,9 @@ pub(crate) trait Machine {
     /// Counts the instructions of the block at `pc`, which runs next.
     fn charge(&mut self, pc: u32, instructions: u32);
 
+    /// Counts more passes of the block that runs next, a branch to itself, as long as nothing would stop one.
+    fn stay(&mut self);
+
     /// Sets the event register: the program executed SEV.
     fn send_event(&mut self);
 

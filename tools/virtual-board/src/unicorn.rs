@@ -22,6 +22,7 @@ use unicorn_engine::{
 
 use crate::addresses::{FLASH, FLASH_SIZE};
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
+use crate::inject::BRANCH_TO_SELF;
 use crate::nvic::Masks;
 
 mod tracing;
@@ -64,6 +65,9 @@ struct HookResults {
     bad_access: Cell<Option<(MemType, u32)>>,
 }
 
+/// More bytes than a block has: it ends with the page of the translator, of 1 KiB, in which it begins, or one instruction later.
+const LONGEST_BLOCK: usize = 4096;
+
 /// Number of instructions of each block in flash, counted once.
 struct BlockCounts {
     image: RefCell<Vec<u8>>,
@@ -93,16 +97,18 @@ impl BlockCounts {
         count
     }
 
-    fn half_at(&self, at: usize) -> u16 {
+    fn half_at(&self, addr: u32) -> u16 {
+        let offset = (addr & (FLASH_SIZE - 1)) as usize;
         let image = self.image.borrow();
-        u16::from_le_bytes([image[at], image[at + 1]])
+        image.get(offset..offset + 2).map_or(u16::MAX, |half| u16::from_le_bytes([half[0], half[1]]))
     }
 
     /// Replaces bytes of the image.
     fn replace(&self, at: usize, bytes: &[u8]) {
         self.image.borrow_mut()[at..at + bytes.len()].copy_from_slice(bytes);
-        // Blocks that contain the address may now end elsewhere.
-        self.seen.iter().for_each(|entry| entry.set((0, 0)));
+        // Blocks that contain one of them may now end elsewhere.
+        let first = at.saturating_sub(LONGEST_BLOCK) / 2;
+        self.seen[first..(at + bytes.len()).div_ceil(2)].iter().for_each(|entry| entry.set((0, 0)));
     }
 }
 
@@ -234,7 +240,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         };
         cpu.hook_translation()?;
         cpu.map_devices()?;
-        cpu.hook_blocks(|_, _| ())?;
+        cpu.hook_blocks(true, |_, _| ())?;
         cpu.hook_traps()?;
         cpu.hook_hints(image)?;
         Ok(cpu)
@@ -275,9 +281,10 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(())
     }
 
-    /// Hooks the blocks, in place of the hook before; `executed` takes the address and the size of each that is executed. One hook from address 0 to
+    /// Hooks the blocks, in place of the hook before; `executed` takes the address and the size of each that is executed. With `skips` not each pass of a
+    /// branch to itself is executed: a task that hangs would take as long as all the rest of a case. One hook from address 0 to
     /// the end of flash: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
-    fn hook_blocks(&mut self, mut executed: impl FnMut(u32, u32) + 'static) -> Result<()> {
+    fn hook_blocks(&mut self, skips: bool, mut executed: impl FnMut(u32, u32) + 'static) -> Result<()> {
         let (machine, counts, hook_results) =
             (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
         let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
@@ -290,6 +297,9 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             } else {
                 machine.charge(addr as u32, instructions);
                 executed(addr as u32, size);
+                if skips && size == 2 && counts.half_at(addr as u32) == BRANCH_TO_SELF {
+                    machine.stay();
+                }
             }
         };
         if let Some(before) = self.block_hook.take() {
@@ -399,7 +409,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             offset < FLASH_SIZE && offset.is_multiple_of(2),
             "0x{addr:08X} is not an even address in flash"
         );
-        let old = self.counts.half_at(offset as usize);
+        let old = self.counts.half_at(addr);
         self.write_flash(addr, &half.to_le_bytes())?;
         Ok(old)
     }
@@ -416,10 +426,13 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             bytes.len()
         );
         self.counts.replace(offset as usize, bytes);
-        for base in [0, FLASH] {
-            convert_error(self.uc.mem_write(u64::from(base + offset), bytes), "writing flash")?;
+        for begin in [0, FLASH].map(|base| u64::from(base + offset)) {
+            convert_error(self.uc.mem_write(begin, bytes), "writing flash")?;
+            // Of these bytes only: to translate all code again takes longer than most cases of a campaign.
+            let end = begin + bytes.len() as u64;
+            convert_error(self.uc.ctl_remove_cache(begin, end), "dropping translated code")?;
         }
-        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")
+        Ok(())
     }
 
     fn write(&mut self, reg: RegisterARM, value: u32) {
@@ -543,6 +556,7 @@ mod tests {
         charged: Vec<(u32, u32)>,
         stores: Vec<(u32, Width, u32)>,
         events: u32,
+        stays: u32,
     }
 
     impl Machine for RecordingMachine {
@@ -553,6 +567,9 @@ mod tests {
         }
         fn charge(&mut self, pc: u32, instructions: u32) {
             self.charged.push((pc, instructions));
+        }
+        fn stay(&mut self) {
+            self.stays += 1;
         }
         fn send_event(&mut self) {
             self.events += 1;
@@ -588,6 +605,16 @@ mod tests {
         cpu.machine().blocks_left = 1;
         assert_eq!(cpu.run(), Stop::Requested);
         assert_eq!(cpu.reg(Reg::R(0)), 4);
+    }
+
+    #[test]
+    fn passes_of_a_branch_to_itself_are_counted_by_the_machine() {
+        // movs r0, #0; b .
+        let mut hangs = cpu(&[0x2000, 0xE7FE], 3);
+        assert_eq!((hangs.run(), hangs.machine().stays), (Stop::Requested, 2));
+        // movs r0, #0; b .+2; b .-2
+        let mut walks = cpu(&[0x2000, 0xE7FF, 0xE7FD], 3);
+        assert_eq!((walks.run(), walks.machine().stays), (Stop::Requested, 0));
     }
 
     #[test]

@@ -18,7 +18,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     /// Unicorn refuses a hook.
     pub(crate) fn trace_execution(&mut self, trace: &Rc<RefCell<ExecutionTrace>>) -> Result<()> {
         let blocks = Rc::clone(trace);
-        self.hook_blocks(move |addr, size| blocks.borrow_mut().note(Event::Block(addr, size)))?;
+        self.hook_blocks(false, move |addr, size| blocks.borrow_mut().note(Event::Block(addr, size)))?;
         let image = self.counts.image.borrow().clone();
         for (addr, registers, signed) in execution_trace::divisions(&image) {
             for base in [0, FLASH] {
