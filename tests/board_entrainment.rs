@@ -36,7 +36,7 @@ const HIPS: [Joint; 2] = [Joint::LeftHip, Joint::RightHip];
 /// Names the number of starts, a multiple of 20; docs/evidence.md has the result of 1,000.
 const STARTS: &str = "FOOTFALL_STARTS";
 /// Starts if the variable does not exist.
-const FEW_STARTS: usize = 40;
+const FEW_STARTS: usize = 20;
 /// How long the slowest may take, and how long a start is watched, s.
 const SLOWEST_S: f64 = 4.0;
 const START_S: f64 = 4.5;

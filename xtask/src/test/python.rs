@@ -36,7 +36,8 @@ impl Environment {
     /// Installs packages, from the network where they are not yet installed; `what` are the arguments of `pip install`.
     pub(super) fn install<S: AsRef<OsStr>>(&self, what: &[S]) -> Result<()> {
         let mut install = shell::command(&self.python);
-        install.args(["-m", "pip", "install", "--quiet"]).args(what);
+        // Python compiles the modules that are imported, which are a small part of all.
+        install.args(["-m", "pip", "install", "--quiet", "--no-compile"]).args(what);
         shell::must_succeed(&mut install, "pip install")
     }
 
