@@ -99,7 +99,7 @@ pub(crate) fn measure_watchdog_clock() -> WatchdogHz {
     while since(now_us(), begun) < TIMEOUT_US {
         let flags = TIM5.sr().read();
         if !flags.ccif(CHANNEL) {
-            // One that comes before the wait is an event too. Only what becomes pending anew is the next event.
+            // A capture before this instruction is an event too. After the pending state is cleared, the next one is an event again.
             cortex_m::asm::wfe();
             NVIC::unpend(interrupt::TIM5);
             continue;
