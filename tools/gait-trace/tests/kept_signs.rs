@@ -150,7 +150,7 @@ fn a_sign_that_was_changed_by_the_shape_is_a_warning_also_of_the_conversion() {
             assert_eq!(again.recording.channels(), first.recording.channels(), "{name}");
             let said = warnings(&again);
             let is_right = |line: &String| {
-                line.contains("(as `footfall convert` changed it, by the shape of the strides); not changed")
+                line.contains("as `footfall convert` changed it, by the shape of the strides); not changed")
                     && line.ends_with(&format!("`{option} flexion` confirms it, `{option} extension` changes it"))
             };
             assert!(said.len() == 2 && said.iter().all(is_right), "{name}: {said:?}");

@@ -265,8 +265,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
     }
     let doubts = anatomy::check(&joints, &unusable).map_err(|impossible| {
         let is_hip = matches!(impossible.joint, Joint::LeftHip | Joint::RightHip);
-        let named = if is_hip { ("--hip-sign", rules.hip_sign) } else { ("--knee-sign", rules.knee_sign) };
-        let named = named.1.map(|sign| (named.0, sign));
+        let named = if is_hip { rules.hip_sign } else { rules.knee_sign };
         ConditionError::Impossible { file: raw.file.clone(), impossible, named }
     })?;
     let Convention { findings: convention, signs, exchanged } = convention;

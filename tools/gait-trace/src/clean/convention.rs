@@ -81,7 +81,7 @@ pub(crate) fn apply(
     let mut exchanged = [false; 2];
     let mut signs = shapes.each_ref().map(|shape| shape.as_ref().map(|_| SignBasis::Assumed));
 
-    for side in 0..2 {
+    for (side, is_exchanged) in exchanged.iter_mut().enumerate() {
         let (hip, knee) = (side, side + 2);
         if let (Some(h), Some(k)) = (&shapes[hip], &shapes[knee])
             && let (Some(hip_bump), Some(knee_bump)) = (h.bump(), k.bump())
@@ -95,7 +95,7 @@ pub(crate) fn apply(
                 signs.swap(hip, knee);
                 // What the file says of a hip does not hold of the column of a knee.
                 (sources[hip], sources[knee]) = (SignSource::Unknown, SignSource::Unknown);
-                exchanged[side] = true;
+                *is_exchanged = true;
                 findings.push((leg, FindingKind::HipIsKnee, Done::Exchanged));
             } else {
                 findings.push((leg, FindingKind::HipIsKnee, Done::Reported));
