@@ -59,7 +59,8 @@ def test_a_doubtful_recording_warns(samples: Path) -> None:
 def test_the_sign_of_the_hips_may_be_named(samples: Path) -> None:
     recording = footfall.read(samples / "walk.csv")
     mirrored = footfall.Recording.of_arrays(recording.time_s, recording.angles_rad * [-1.0, -1.0, 1.0, 1.0], recording.joints)
-    turned = mirrored.condition()
+    with pytest.warns(footfall.RecordingWarning, match="by the shape of the strides"):
+        turned = mirrored.condition()
     np.testing.assert_allclose(turned.angles_rad, recording.condition().angles_rad, rtol=1e-12)
     assert any("(arguments in Python: --hip-sign is hip_sign)" in finding.text for finding in turned.findings)
     assert sum(finding.level == "warning" for finding in turned.findings) == 2, "a guess that changes the data"
