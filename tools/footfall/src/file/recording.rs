@@ -189,7 +189,8 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     // Opening a named pipe would block until another program writes into it.
     let kind = std::fs::metadata(path).map_err(wrong)?;
     if kind.is_dir() {
-        let why = "is a folder and no regular file; allowed is a recording on disk (`footfall fit` takes a folder of them)";
+        let why =
+            "is a folder and no regular file; allowed is a recording on disk (`footfall fit` takes a folder of them)";
         return Err(Failure::input(format!("{}: {why}", path.display())));
     }
     if !kind.is_file() {
