@@ -243,7 +243,8 @@ impl Recording {
     ///
     /// ``low_pass``: ``off``, ``customary`` (zero-lag Butterworth, 6 Hz for walking, 12 Hz for running) or a corner frequency in Hz.
     /// ``knee_sign``: what the file counts as positive at the knees, ``flexion`` or ``extension``; by the angles if it is not given.
-    /// ``hip_sign``: the same at the hips; as the format defines it, else by the shape of the strides, if it is not given.
+    /// ``hip_sign``: the same at the hips; as the format defines it, else by the shape of the strides, if it is not given. A sign that only the shape
+    /// shows to be the other one is changed with a warning, and so is one assumed that nothing shows.
     /// ``stride_s``: duration of the stride, s, of a recording of one cycle. Defects that are warnings are issued as ``RecordingWarning``.
     #[pyo3(signature = (*, low_pass = LowPassArgument::Name("off".into()), knee_sign = None, hip_sign = None, stride_s = None))]
     fn condition(
@@ -307,6 +308,14 @@ impl Conditioned {
     #[getter]
     fn normalised_cycle(&self) -> bool {
         self.conditioned.normalised_cycle
+    }
+
+    /// What it rests on that flexion is positive, for each joint: ``named`` (by the caller), ``known`` (by the format or the angles), ``shape`` (of the
+    /// strides), ``turned`` (changed by their shape) or ``assumed`` (nothing shows it); no unit.
+    #[getter]
+    fn signs(&self) -> BTreeMap<&'static str, &'static str> {
+        let sign = |joint: Joint| Some((joint.name(), self.conditioned.signs[joint as usize]?.name()));
+        Joint::ALL.into_iter().filter_map(sign).collect()
     }
 
     /// Spans that must not be used, s; list of (start, end). The angles are a straight line there.

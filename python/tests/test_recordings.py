@@ -59,14 +59,29 @@ def test_a_doubtful_recording_warns(samples: Path) -> None:
 def test_the_sign_of_the_hips_may_be_named(samples: Path) -> None:
     recording = footfall.read(samples / "walk.csv")
     mirrored = footfall.Recording.of_arrays(recording.time_s, recording.angles_rad * [-1.0, -1.0, 1.0, 1.0], recording.joints)
-    turned = mirrored.condition()
+    with pytest.warns(footfall.RecordingWarning, match="by the shape of the strides"):
+        turned = mirrored.condition()
     np.testing.assert_allclose(turned.angles_rad, recording.condition().angles_rad, rtol=1e-12)
     assert any("(arguments in Python: --hip-sign is hip_sign)" in finding.text for finding in turned.findings)
+    assert sum(finding.level == "warning" for finding in turned.findings) == 2, "a guess that changes the data"
+    assert turned.signs == {"left_hip": "turned", "right_hip": "turned", "left_knee": "known", "right_knee": "known"}
     kept = mirrored.condition(hip_sign="flexion")
+    assert kept.signs["left_hip"] == "named" and not any(finding.level == "warning" for finding in kept.findings)
     np.testing.assert_allclose(kept.angles_rad[:, :2], -recording.angles_rad[:, :2], rtol=1e-12)
     assert any("as requested" in finding.text and finding.level == "note" for finding in kept.findings)
     with pytest.raises(footfall.InputError, match="hip_sign = 'up': allowed is one of flexion, extension"):
         mirrored.condition(hip_sign="up")
+
+
+def test_a_sign_that_nothing_shows_is_assumed_with_a_warning(samples: Path) -> None:
+    recording = footfall.read(samples / "walk.csv")
+    short = footfall.Recording.of_arrays(recording.time_s[:60], recording.angles_rad[:60], recording.joints)
+    with pytest.warns(footfall.RecordingWarning, match="hip_sign"):
+        assumed = short.condition()
+    assert assumed.signs["left_hip"] == "assumed"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert short.condition(hip_sign="extension").signs["right_hip"] == "named"
 
 
 def test_volts_are_read_through_a_calibration(samples: Path) -> None:

@@ -247,3 +247,96 @@ fn the_result_is_judged_as_a_fit_judges_it() {
         said(&output)
     );
 }
+
+/// A table with the hips times a sign, and only so many rows.
+fn table_of(rows: usize, hips: f64) -> String {
+    let text = walk(6.0, 1.1, 0.0);
+    let mut lines = text.lines();
+    let header = lines.next().unwrap().to_owned() + "\n";
+    lines.take(rows).fold(header, |all, row| {
+        let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        all + &format!("{},{},{},{},{}\n", cells[0], hips * cells[1], hips * cells[2], cells[3], cells[4])
+    })
+}
+
+fn checked(file: &Path, more: &[&str]) -> (Option<i32>, String) {
+    let files: Vec<OsString> = vec!["check".into(), "--trace".into(), file.into()];
+    let output = footfall(files.into_iter().chain(more.iter().map(Into::into)));
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned() + &said(&output))
+}
+
+/// Less than a stride shows no sign of a hip: neither the source nor its conversion says that flexion is positive.
+#[test]
+fn a_sign_that_was_assumed_is_not_known_in_the_conversion() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, csv, mot, named] = ["short.csv", "out.csv", "out.mot", "named.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&from, table_of(40, -1.0)).unwrap();
+    let warning = "left hip: neither the file nor the strides show whether flexion is positive, and it is assumed; `--hip-sign flexion|extension` names the sign";
+    let is_not_known = |file: &Path| {
+        let (_, words) = checked(file, &[]);
+        let line = words.lines().find(|line| line.trim_start().starts_with("left_hip")).unwrap();
+        assert!(line.ends_with("sign not known, flexion assumed") && words.contains(warning), "{words}");
+    };
+    is_not_known(&from);
+    for to in [&csv, &mot] {
+        let output = convert(&from, to, &["--strict"]);
+        assert!(output.status.code() == Some(1) && !to.exists(), "{}", said(&output));
+        let output = convert(&from, to, &[]);
+        done(&output);
+        assert!(said(&output).contains(&format!("warning: {warning}")), "{}", said(&output));
+        is_not_known(to);
+    }
+    done(&convert(&csv, &named, &["--hip-sign", "extension", "--strict"]));
+    let (_, words) = checked(&named, &[]);
+    assert!(words.contains("left_hip   `left_hip_deg`, degrees, stated in the file, flexion positive\n"), "{words}");
+    assert!(!words.contains("warning"), "{words}");
+}
+
+/// The shape of the strides is a guess, which changes the data: `--strict` refuses it, until the sign is named.
+#[test]
+fn a_sign_that_the_shape_changes_is_refused_by_strict_also_in_the_conversion() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, out] = ["walk.csv", "out.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&from, table_of(usize::MAX, -1.0)).unwrap();
+    let is_refused = |file: &Path| {
+        let (code, words) = checked(file, &["--strict"]);
+        assert!(code == Some(1) && words.contains("--strict allows no warning: left hip: "), "{words}");
+    };
+    is_refused(&from);
+    done(&convert(&from, &out, &[]));
+    is_refused(&out);
+    assert_eq!(checked(&from, &["--strict", "--hip-sign", "extension"]).0, Some(0));
+    assert_eq!(checked(&out, &["--strict", "--hip-sign", "flexion"]).0, Some(0));
+}
+
+/// Hip and knee of one leg in each other's column: the joints are reported with the columns that they are in.
+#[test]
+fn an_exchanged_joint_is_reported_with_its_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = folder.path().join("walk.csv");
+    let text = table_of(usize::MAX, 1.0).replacen("left_hip_deg", "?", 1).replacen("left_knee_deg", "left_hip_deg", 1);
+    std::fs::write(&from, text.replacen('?', "left_knee_deg", 1)).unwrap();
+    let (_, words) = checked(&from, &[]);
+    assert!(words.contains("left leg: the hip column moves like a knee"), "{words}");
+    for line in ["  left_hip   `left_knee_deg`, ", "  left_knee  `left_hip_deg`, ", "  right_hip  `right_hip_deg`, "] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+}
+
+/// Columns that are called extension are read where the map names them, and the message has the map.
+#[test]
+fn columns_of_extension_are_refused_with_the_options_that_read_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = folder.path().join("walk.csv");
+    let text = table_of(usize::MAX, -1.0).replace("_hip_deg", "_hip_extension_deg");
+    std::fs::write(&from, text).unwrap();
+    let (code, words) = checked(&from, &[]);
+    let options = "--map left_hip=2,right_hip=3 --hip-sign extension";
+    assert!(code == Some(2) && words.contains(options), "{words}");
+    assert!(
+        words.contains("no left_hip, no right_hip; ") && words.contains("`--map left_hip=COLUMN,right_hip=COLUMN`"),
+        "{words}"
+    );
+    let more: Vec<&str> = options.split(' ').chain(["--strict"]).collect();
+    assert_eq!(checked(&from, &more).0, Some(0));
+}

@@ -134,6 +134,9 @@ fn a_warning_is_an_error_with_strict_alone() {
     for command in [&["fit"][..], &["check", "--trace"]] {
         let (code, words) = call(command, &[]);
         assert!(code == Some(0) && words.contains("warning"), "{command:?}: {words}");
+        if command[0] == "check" {
+            assert!(words.contains("good: `fit` takes it, ") && words.contains(", 2 warnings\n"), "{words}");
+        }
         let (code, words) = call(command, &["--strict"]);
         assert!(
             code == Some(1) && words.contains("--strict allows no warning: left and right hips are"),
@@ -150,6 +153,30 @@ fn a_warning_is_an_error_with_strict_alone() {
     // A walk without warning is as good with it.
     std::fs::write(&file, walk(8.0, 1.1, 0.0)).unwrap();
     assert_eq!(call(&["fit"], &["--strict"]).0, Some(0));
+}
+
+/// What may not be what it seems is in the lines, in the count and in the summaries of a folder, also of results that were known.
+#[test]
+fn warnings_are_in_the_summary_of_a_folder() {
+    let (from, to) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    for (name, lead) in [("late_leg.csv", 0.52), ("walk.csv", 0.0)] {
+        std::fs::write(from.path().join(name), walk(8.0, 1.1, lead)).unwrap();
+    }
+    for line in ["fitted: late_leg.csv, with 2 warnings", "known: late_leg.csv, with 2 warnings"] {
+        let words = said(&fit(from.path(), to.path(), &[]));
+        assert!(words.contains(line) && words.contains(": walk.csv\n"), "{words}");
+        assert!(words.contains("warning: 1 of the fitted recordings have warnings; "), "{words}");
+    }
+    let read = |name: &str| std::fs::read_to_string(to.path().join(name)).unwrap();
+    let summary: Value = serde_json::from_str(&read("summary.json")).unwrap();
+    let warnings = |n: usize| summary[n]["warnings"].as_array().unwrap().len();
+    assert_eq!([warnings(0), warnings(1)], [2, 0], "{summary}");
+    let table = read("summary.csv");
+    assert!(table.lines().next().unwrap().ends_with(",warnings,error"), "{table}");
+    assert!(table.lines().nth(1).unwrap().contains("left and right hips are"), "{table}");
+    let page = read("summary.html");
+    assert!(page.contains("<h2>Warnings</h2>") && page.contains("left and right hips are"), "{page}");
+    assert!(page.contains("fitted, with a warning"), "{page}");
 }
 
 /// Hips that are 90 degrees apart are beyond the robot's poses: no generator is written, and `check` does not call it good.

@@ -3,6 +3,7 @@
 use crate::clean::hip_sign::{HipSignDoubt, HipSignReason, TakenHipSign};
 use crate::clean::knee_sign::{KneeSignReason, TakenKneeSign};
 use crate::clean::positive_direction::PositiveDirection;
+use crate::raw::SignBasis;
 use joint_units::Joint;
 use std::fmt;
 
@@ -104,11 +105,20 @@ pub enum FindingKind {
     HipSign(TakenHipSign),
     /// The indicators of the sign of a hip contradict each other, and nothing else says it.
     SignUnclear,
+    /// Nothing shows the sign of a joint: it is assumed that flexion is positive.
+    SignNotKnown,
+    /// The caller names the sign of hips, and the recording has none.
+    NoHips,
+    /// The caller names the sign of knees, and the recording has none.
+    NoKnees,
     /// The columns of hip and knee of one leg appear to be exchanged.
     HipIsKnee,
     /// Each knee moves in the phase of the other leg's hip: exchanged, or of a person who walks backwards, or both hips count extension as
     /// positive.
-    KneesCrossed,
+    KneesCrossed {
+        /// Whether the sign of the hips is known, which leaves the first two.
+        hips_known: bool,
+    },
     /// Left and right are not half a stride apart.
     NotOpposed {
         /// Phase difference of the two, cycles.
@@ -192,8 +202,9 @@ impl Finding {
             FindingKind::Step { .. }
             | FindingKind::Still { .. }
             | FindingKind::SignUnclear
+            | FindingKind::SignNotKnown
             | FindingKind::HipIsKnee
-            | FindingKind::KneesCrossed
+            | FindingKind::KneesCrossed { .. }
             | FindingKind::NotOpposed { .. }
             | FindingKind::Clipped { .. }
             | FindingKind::Held { .. }
@@ -202,10 +213,25 @@ impl Finding {
             | FindingKind::Drift { .. } => Level::Warning,
             FindingKind::RepeatedTimes { rows, of } if rows * MANY_REPEATED > of => Level::Warning,
             FindingKind::ReceivedTimes { share } if share > LONG_DELAYS => Level::Warning,
-            FindingKind::HipSign(TakenHipSign { why: HipSignReason::Knees, .. }) => Level::Warning,
-            FindingKind::HipSign(TakenHipSign { why, doubt: Some(_), .. }) if !matches!(why, HipSignReason::Asked) => {
+            // What the caller named is certain enough, whatever the shape says.
+            FindingKind::HipSign(TakenHipSign {
+                why: HipSignReason::Asked | HipSignReason::Converted(SignBasis::Named),
+                ..
+            }) => Level::Note,
+            FindingKind::HipSign(TakenHipSign {
+                why: HipSignReason::Knees | HipSignReason::Shape | HipSignReason::Converted(SignBasis::Turned),
+                ..
+            })
+            | FindingKind::HipSign(TakenHipSign { doubt: Some(_), .. }) => Level::Warning,
+            FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Converted(SignBasis::Turned), .. }) => {
                 Level::Warning
             }
+            // The angles of the knees do not show it: a guess that changes them.
+            FindingKind::KneeSign(TakenKneeSign {
+                why: KneeSignReason::Shape,
+                sign: PositiveDirection::Extension,
+                ..
+            }) => Level::Warning,
             _ => Level::Note,
         }
     }
@@ -305,14 +331,25 @@ impl fmt::Display for Finding {
                     "{joint}: it is unclear whether flexion is positive, as the strides are not those of walking forwards; `--hip-sign flexion|extension` names the sign"
                 )?;
             }
+            FindingKind::SignNotKnown => {
+                let option = if joint.ends_with("hip") { "--hip-sign" } else { "--knee-sign" };
+                write!(
+                    f,
+                    "{joint}: neither the file nor the strides show whether flexion is positive, and it is assumed; `{option} flexion|extension` names the sign"
+                )?;
+            }
+            FindingKind::NoHips => write!(f, "`--hip-sign` has no effect: the recording has no hip")?,
+            FindingKind::NoKnees => write!(f, "`--knee-sign` has no effect: the recording has no knee")?,
             FindingKind::HipIsKnee => {
                 write!(f, "{side} leg: the hip column moves like a knee and the knee column like a hip")?;
             }
-            FindingKind::KneesCrossed => {
-                write!(
-                    f,
-                    "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged, or the person walks backwards"
-                )?;
+            FindingKind::KneesCrossed { hips_known } => {
+                let reasons = if hips_known {
+                    "left and right knee may be exchanged, or the person walks backwards"
+                } else {
+                    "left and right knee may be exchanged, the person may walk backwards, or extension of both hips may be positive; flexion is assumed, `--hip-sign flexion|extension` names the sign"
+                };
+                write!(f, "each knee moves in the phase of the other leg's hip: {reasons}")?;
             }
             FindingKind::NotOpposed { cycles } => {
                 let hint = if cycles < IN_PHASE {
@@ -328,7 +365,11 @@ impl fmt::Display for Finding {
         }
         match (self.what, self.done) {
             (
-                FindingKind::NormalisedCycle | FindingKind::CycleOf { .. } | FindingKind::CycleOrSeconds { .. },
+                FindingKind::NormalisedCycle
+                | FindingKind::CycleOf { .. }
+                | FindingKind::CycleOrSeconds { .. }
+                | FindingKind::NoHips
+                | FindingKind::NoKnees,
                 Done::Reported,
             ) => Ok(()),
             (FindingKind::ReceivedTimes { .. }, Done::Resampled) => {
@@ -343,12 +384,30 @@ impl fmt::Display for Finding {
             }
             (FindingKind::Held { .. }, _) => Ok(()),
             (FindingKind::HipSign(TakenHipSign { sign, why: HipSignReason::Shape, .. }), _) => {
-                let file = sign.opposite().name();
+                let (found, other) = (sign.name(), sign.opposite().name());
                 write!(
                     f,
-                    "; the sign was changed; `--hip-sign {file}` keeps it, for example where the person walks backwards"
+                    "; the sign was changed; `--hip-sign {found}` confirms that, `--hip-sign {other}` keeps it, for example where the person walks backwards"
                 )
             }
+            (
+                FindingKind::KneeSign(TakenKneeSign {
+                    sign: PositiveDirection::Extension,
+                    why: KneeSignReason::Shape,
+                    ..
+                }),
+                _,
+            ) => f.write_str(
+                "; the sign was changed; `--knee-sign extension` confirms that, `--knee-sign flexion` keeps it",
+            ),
+            (
+                FindingKind::HipSign(TakenHipSign { why: HipSignReason::Converted(SignBasis::Turned), .. }),
+                Done::Reported,
+            ) => f.write_str("; not changed; `--hip-sign flexion` confirms it, `--hip-sign extension` changes it"),
+            (
+                FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Converted(SignBasis::Turned), .. }),
+                Done::Reported,
+            ) => f.write_str("; not changed; `--knee-sign flexion` confirms it, `--knee-sign extension` changes it"),
             (
                 FindingKind::HipSign(TakenHipSign { sign, doubt: Some(HipSignDoubt::OtherShape), .. }),
                 Done::Reported,
@@ -366,6 +425,15 @@ impl fmt::Display for Finding {
     }
 }
 
+/// Why flexion is positive in a file that `footfall convert` wrote.
+const fn converted(basis: SignBasis) -> &'static str {
+    match basis {
+        SignBasis::Named => "as requested of `footfall convert`",
+        SignBasis::Turned => "as `footfall convert` changed it, by the shape of the strides",
+        SignBasis::Known | SignBasis::Shape | SignBasis::Assumed => "as `footfall convert` writes it",
+    }
+}
+
 /// The sign of a knee, and why it was taken.
 fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> fmt::Result {
     let TakenKneeSign { sign, why, least_deg, most_deg } = taken;
@@ -374,8 +442,9 @@ fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> f
     match why {
         KneeSignReason::Range => write!(f, "too far for {opposite} of a knee)"),
         KneeSignReason::OtherKnee => write!(f, "one sign for both knees, and the other one shows it)"),
-        KneeSignReason::Shape => write!(f, "by the shape of the strides; `--knee-sign` names another)"),
+        KneeSignReason::Shape => write!(f, "by the shape of the strides)"),
         KneeSignReason::Asked => write!(f, "as requested)"),
+        KneeSignReason::Converted(basis) => write!(f, "{})", converted(basis)),
     }
 }
 
@@ -391,6 +460,7 @@ fn hip_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenHipSign) -> fmt
             "computed from positions with a forward to which the knee does not bend: left and right may be exchanged)",
         ),
         HipSignReason::Shape => write!(f, "by the shape of the strides, with a mean of {mean_deg:.0} deg)"),
+        HipSignReason::Converted(basis) => write!(f, "{})", converted(basis)),
     }?;
     match doubt {
         Some(HipSignDoubt::OtherShape) => f.write_str(

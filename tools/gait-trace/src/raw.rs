@@ -34,7 +34,39 @@ impl fmt::Display for UnitSource {
     }
 }
 
-/// What a file or its format says about the sign of a hip.
+/// What it rests on that flexion of a joint is positive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SignBasis {
+    /// The caller named the sign.
+    Named,
+    /// The format defines it, or the angle is computed from positions, or a knee bends farther than it could to the other side.
+    Known,
+    /// The shape of the strides shows it, and the sign is that of the file.
+    Shape,
+    /// The sign of the file was changed, by the shape of the strides alone.
+    Turned,
+    /// Nothing, or what contradicts itself: the sign of the file is assumed to be right.
+    Assumed,
+}
+
+impl SignBasis {
+    /// All, in order.
+    pub const ALL: [Self; 5] = [Self::Named, Self::Known, Self::Shape, Self::Turned, Self::Assumed];
+
+    /// Its word in the record of a conversion.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Named => "named",
+            Self::Known => "known",
+            Self::Shape => "shape",
+            Self::Turned => "turned",
+            Self::Assumed => "assumed",
+        }
+    }
+}
+
+/// What a file or its format says about the sign of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SignSource {
     /// Nothing.
@@ -43,6 +75,8 @@ pub enum SignSource {
     Format(&'static str),
     /// The reader computed the angles from positions, with flexion positive if the person's forward is known.
     Computed,
+    /// `footfall convert` made flexion positive, which rested on this.
+    Converted(SignBasis),
 }
 
 impl SignSource {

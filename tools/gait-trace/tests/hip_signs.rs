@@ -7,7 +7,7 @@ use gait_trace::format::converted::{self, Conversion, Format};
 use gait_trace::format::open;
 use gait_trace::{
     Channel, Conditioned, Done, Finding, FindingKind, HipSignReason, Level, PositiveDirection, Quantity, RawJoints,
-    ReadOptions, Recording, Rules, SignSource, TakenHipSign, condition,
+    ReadOptions, Recording, Rules, SignBasis, SignSource, TakenHipSign, condition,
 };
 use joint_units::Joint;
 use std::f64::consts::TAU;
@@ -73,8 +73,11 @@ fn a_hip_of_unknown_sign_is_turned_by_its_shape_and_the_option_is_named() {
     assert_eq!(done.recording, asked(&walk(4.0, 100.0, 1.1, 0.1), None).recording);
     assert_eq!(
         said(&done)[0],
-        "left hip: extension is positive in the file (by the shape of the strides, with a mean of -8 deg); the sign was changed; `--hip-sign flexion` keeps it, for example where the person walks backwards"
+        "left hip: extension is positive in the file (by the shape of the strides, with a mean of -8 deg); the sign was changed; `--hip-sign extension` confirms that, `--hip-sign flexion` keeps it, for example where the person walks backwards"
     );
+    // A guess that changes the data: `--strict` refuses it, as it refuses exchanged columns.
+    assert!(taken(&done).iter().all(|(.., level)| *level == Level::Warning) && taken(&done).len() == 2);
+    assert_eq!(done.signs[..2], [Some(SignBasis::Turned); 2]);
 }
 
 #[test]
@@ -146,7 +149,7 @@ fn of_walking_backwards_the_sign_is_kept_where_it_is_known() {
     assert_eq!(
         said(&done),
         [
-            "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged, or the person walks backwards; not changed"
+            "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged, the person may walk backwards, or extension of both hips may be positive; flexion is assumed, `--hip-sign flexion|extension` names the sign; not changed"
         ]
     );
 }

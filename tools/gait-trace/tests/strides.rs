@@ -221,7 +221,10 @@ fn what_has_no_strides_says_why() {
     let mut three = walk(5.0, 100.0, 1.1, 0.0);
     three.joints[1] = None;
     let error = strides::segment(&done(&three)).unwrap_err();
-    assert_eq!(error.to_string(), "no right_hip; allowed is a recording with both hips and both knees");
+    assert_eq!(
+        error.to_string(),
+        "no right_hip; allowed is a recording with both hips and both knees: `--map right_hip=COLUMN` names columns that were not recognised"
+    );
     assert!(cut::cut(&done(&three)).unwrap().spans.len() >= 3);
 
     let mut knee = walk(5.0, 100.0, 1.1, 0.0);

@@ -49,13 +49,18 @@ pub struct ReadSettings {
     pub sideless: Option<Joint>,
 }
 
+/// The findings that are warnings.
+#[must_use]
+pub fn warnings(findings: &[Finding]) -> Vec<String> {
+    findings.iter().filter(|finding| finding.level() >= Level::Warning).map(ToString::to_string).collect()
+}
+
 /// What `--strict` allows: notes, and no warning.
 ///
 /// # Errors
 /// Lists the warnings.
 pub fn no_warning(name: &str, findings: &[Finding]) -> Result<(), Failure> {
-    let warnings = findings.iter().filter(|finding| finding.level() >= Level::Warning);
-    let warnings: Vec<String> = warnings.map(ToString::to_string).collect();
+    let warnings = warnings(findings);
     if warnings.is_empty() {
         return Ok(());
     }
@@ -182,7 +187,13 @@ impl Recorded {
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
     // Opening a named pipe would block until another program writes into it.
-    if !std::fs::metadata(path).map_err(wrong)?.is_file() {
+    let kind = std::fs::metadata(path).map_err(wrong)?;
+    if kind.is_dir() {
+        let why =
+            "is a folder and no regular file; allowed is a recording on disk (`footfall fit` takes a folder of them)";
+        return Err(Failure::input(format!("{}: {why}", path.display())));
+    }
+    if !kind.is_file() {
         return Err(Failure::input(format!("{}: is no regular file; allowed is a recording on disk", path.display())));
     }
     let bytes = bounded::bytes(path, MAX_BYTES).map_err(|why| Failure::input(format!("{}: {why}", path.display())))?;

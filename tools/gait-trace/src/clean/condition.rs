@@ -28,7 +28,7 @@ use crate::clean::anatomy;
 use crate::clean::clipped::clipped;
 use crate::clean::clock::Clock;
 use crate::clean::condition_error::ConditionError;
-use crate::clean::convention;
+use crate::clean::convention::{self, Convention};
 use crate::clean::folded::{self, Folded};
 use crate::clean::held;
 use crate::clean::knee_sign::AmbiguousKnees;
@@ -38,7 +38,7 @@ use crate::clean::rules::{FEWEST_ROWS, LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNIN
 use crate::clean::same_leg;
 use crate::clean::unit_doubt;
 use crate::finding::{Done, Finding, FindingKind};
-use crate::raw::{RawJoints, SignSource};
+use crate::raw::{RawJoints, SignBasis, SignSource};
 use crate::recording::{Channel, Quantity, Recording};
 use crate::series::{range, runs};
 use crate::stride::segment;
@@ -64,9 +64,19 @@ pub struct Conditioned {
     pub start_s: f64,
     /// Samples `from..to` that the file does not have, per joint: the recording has made-up values there, a cubic or a straight line.
     pub missing: [Vec<(usize, usize)>; Joint::COUNT],
+    /// What it rests on that flexion is positive, per joint; `None` for one that the recording does not have.
+    pub signs: [Option<SignBasis>; Joint::COUNT],
+    /// Whether hip and knee of the left and the right leg are in the file's column of the other one.
+    pub exchanged: [bool; 2],
 }
 
 impl Conditioned {
+    /// The joint in whose column the file has this one: itself, unless hip and knee were exchanged.
+    #[must_use]
+    pub fn column_of(&self, joint: Joint) -> Joint {
+        if self.exchanged[joint as usize % 2] { of_other_part(joint) } else { joint }
+    }
+
     /// The values of a joint in degrees, if the recording has it.
     #[must_use]
     pub fn joint(&self, joint: Joint) -> Option<&[f64]> {
@@ -244,14 +254,21 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         least_deg,
         most_deg,
     })?;
-    for (joint, ..) in
-        convention.iter().filter(|(_, what, done)| (*what, *done) == (FindingKind::HipIsKnee, Done::Exchanged))
-    {
-        let hip = joint.map_or(0, |joint| joint as usize);
+    for hip in (0..2).filter(|&leg| convention.exchanged[leg]) {
         gaps.swap(hip, hip + 2);
+        // What was found before is of the same values, which now are those of the other joint.
+        for joint in findings.iter_mut().filter_map(|finding| finding.joint.as_mut()) {
+            if *joint as usize % 2 == hip {
+                *joint = of_other_part(*joint);
+            }
+        }
     }
-    let doubts = anatomy::check(&joints, &unusable)
-        .map_err(|impossible| ConditionError::Impossible { file: raw.file.clone(), impossible })?;
+    let doubts = anatomy::check(&joints, &unusable).map_err(|impossible| {
+        let is_hip = matches!(impossible.joint, Joint::LeftHip | Joint::RightHip);
+        let named = if is_hip { rules.hip_sign } else { rules.knee_sign };
+        ConditionError::Impossible { file: raw.file.clone(), impossible, named }
+    })?;
+    let Convention { findings: convention, signs, exchanged } = convention;
     findings.extend(convention.into_iter().chain(doubts).map(|(joint, what, done)| Finding {
         from_s: 0.0,
         to_s: end_s,
@@ -273,7 +290,13 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         .map(|(from, to)| (seconds(from.saturating_sub(1)), seconds(to.min(samples - 1))))
         .collect();
     let (normalised_cycle, start_s) = (clock.normalised_cycle, clock.start_s);
-    Ok(Conditioned { recording, findings, rate_hz, unusable, normalised_cycle, start_s, missing: gaps })
+    let missing = gaps;
+    Ok(Conditioned { recording, findings, rate_hz, unusable, normalised_cycle, start_s, missing, signs, exchanged })
+}
+
+/// The knee of the leg of a hip, and the other way round.
+fn of_other_part(joint: Joint) -> Joint {
+    Joint::ALL[(joint as usize + 2) % Joint::COUNT]
 }
 
 /// The findings of the gaps; a gap that all joints share gives one finding.

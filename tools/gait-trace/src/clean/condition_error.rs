@@ -1,6 +1,7 @@
 //! Why a recording cannot be conditioned: file, row, value and what is allowed.
 
 use crate::clean::anatomy::Impossible;
+use crate::clean::positive_direction::PositiveDirection;
 use crate::clean::resample::MAX_SAMPLES;
 use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF};
 use crate::recording::RecordingError;
@@ -8,6 +9,11 @@ use joint_units::Joint;
 
 /// Longest gap between two rows, seconds, in a recording that is shorter without it.
 pub(crate) const LONGEST_GAP_S: f64 = 60.0;
+
+/// The option that names the sign of a joint.
+const fn option_of_sign(joint: Joint) -> &'static str {
+    if matches!(joint, Joint::LeftHip | Joint::RightHip) { "--hip-sign" } else { "--knee-sign" }
+}
 
 /// Why a recording cannot be conditioned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -197,7 +203,10 @@ pub enum ConditionError {
     },
     /// A joint has an angle that no person has.
     #[error(
-        "{file}: {joint} {what} {found:.1} degrees with flexion positive, which no person has; allowed are {least} to {most}: is the column or its unit another one, or is the zero of the angle not that of an upright stand?",
+        "{file}: {joint} {what} {found:.1} degrees with flexion positive, which no person has; allowed are {least} to {most}: {named}is the column or its unit another one, or is the zero of the angle not that of an upright stand?",
+        named = .named.map_or(String::new(), |sign| format!(
+            "is the sign another one than `{} {}`, ", option_of_sign(.impossible.joint), sign.name()
+        )),
         joint = .impossible.joint.name(), what = .impossible.what, found = .impossible.found_deg,
         least = .impossible.allowed_deg.0, most = .impossible.allowed_deg.1
     )]
@@ -206,6 +215,8 @@ pub enum ConditionError {
         file: String,
         /// The joint and its angle.
         impossible: Impossible,
+        /// The sign of the joint that the caller named.
+        named: Option<PositiveDirection>,
     },
     /// The sign of the knees does not follow from their angles.
     #[error(

@@ -13,21 +13,20 @@
 //!
 //! A change of sign shifts the bump phase and the lead by half a cycle. An exchange of hip and knee shows in bump and range, which do
 //! not depend on the sign. Where the sign of a hip is known ([`hip_sign`]) its shape changes nothing, and a finding reports what it
-//! contradicts; where two indicators of another hip contradict each other it is the same. The sign of the knees is one decision for both
-//! ([`knee_sign`]). Angles alone do not show whether left and right are exchanged.
+//! contradicts; where two indicators of another hip contradict each other, or there are none, it is the same. The sign of the knees is one
+//! decision for both ([`knee_sign`]). Angles alone do not show whether left and right are exchanged.
 
 use super::hip_sign::{self, HipSignReason, Shown, TakenHipSign};
 use super::knee_sign::{self, AmbiguousKnees, KneeSignReason};
 use super::positive_direction::PositiveDirection;
+pub use super::shape::LEAST_RANGE_DEG;
 use super::shape::{KNEE_BUMP, Shape, apart};
 use crate::clean::rules::Rules;
 use crate::finding::{Done, FindingKind};
-use crate::raw::SignSource;
+use crate::raw::{SignBasis, SignSource};
 use crate::stride::segment;
 use joint_units::Joint;
 
-/// Below this range, degrees, a joint counts as still and its sign is not judged.
-pub const LEAST_RANGE_DEG: f64 = 5.0;
 /// Range of the knee's lead over the hip, cycles, in which the hip's flexion is positive; half a cycle later it is negative.
 pub const LEAD: (f64, f64) = (0.10, 0.40);
 /// Largest deviation of the two legs' phase difference from half a cycle, cycles.
@@ -38,8 +37,18 @@ const STRIDES: u32 = 5;
 /// A finding about a joint, or about all (`None`), without its times.
 pub(crate) type Untimed = (Option<Joint>, FindingKind, Done);
 
-/// Makes flexion positive and exchanges swapped columns; returns what was done and what is doubtful. `sources` is what is known about the
-/// sign of each joint; the rules have the signs that the caller knows.
+/// What was done about the convention of a recording.
+pub(crate) struct Convention {
+    /// What was done and what is doubtful, about the joints after an exchange.
+    pub(crate) findings: Vec<Untimed>,
+    /// What the sign of each joint rests on.
+    pub(crate) signs: [Option<SignBasis>; Joint::COUNT],
+    /// Whether the columns of hip and knee of the left and the right leg were exchanged.
+    pub(crate) exchanged: [bool; 2],
+}
+
+/// Makes flexion positive and exchanges swapped columns. `sources` is what is known about the sign of each joint; the rules have the signs
+/// that the caller knows.
 ///
 /// # Errors
 /// The sign of the knees does not follow from their angles, and the caller does not know it.
@@ -50,7 +59,7 @@ pub(crate) fn apply(
     one_cycle: bool,
     mut sources: [SignSource; Joint::COUNT],
     rules: &Rules,
-) -> Result<Vec<Untimed>, AmbiguousKnees> {
+) -> Result<Convention, AmbiguousKnees> {
     let legs = joints.each_ref().map(|joint| joint.as_deref());
     let samples = bad.len();
     // The last point of a normalised cycle repeats the first.
@@ -69,8 +78,10 @@ pub(crate) fn apply(
     let (from, to, strides) = stretch.unwrap_or((0, samples, None));
     let mut shapes = legs.map(|joint| joint.map(|x| Shape::of(&x[from..to], strides)));
     let mut findings: Vec<Untimed> = Vec::new();
+    let mut exchanged = [false; 2];
+    let mut signs = shapes.each_ref().map(|shape| shape.as_ref().map(|_| SignBasis::Assumed));
 
-    for side in 0..2 {
+    for (side, is_exchanged) in exchanged.iter_mut().enumerate() {
         let (hip, knee) = (side, side + 2);
         if let (Some(h), Some(k)) = (&shapes[hip], &shapes[knee])
             && let (Some(hip_bump), Some(knee_bump)) = (h.bump(), k.bump())
@@ -81,7 +92,10 @@ pub(crate) fn apply(
             if h.range > 1.1 * k.range && sources[hip] != SignSource::Computed {
                 joints.swap(hip, knee);
                 shapes.swap(hip, knee);
-                sources[hip] = SignSource::Unknown;
+                signs.swap(hip, knee);
+                // What the file says of a hip does not hold of the column of a knee.
+                (sources[hip], sources[knee]) = (SignSource::Unknown, SignSource::Unknown);
+                *is_exchanged = true;
                 findings.push((leg, FindingKind::HipIsKnee, Done::Exchanged));
             } else {
                 findings.push((leg, FindingKind::HipIsKnee, Done::Reported));
@@ -103,15 +117,23 @@ pub(crate) fn apply(
         }
     }
     let [_, _, left, right] = &shapes;
-    let moving = [left, right].map(|knee| knee.as_ref().filter(|shape| shape.range >= LEAST_RANGE_DEG));
-    let decided = knee_sign::decide(moving, rules.knee_sign)?;
+    let decided = knee_sign::decide([left.as_ref(), right.as_ref()], rules.knee_sign, [sources[2], sources[3]])?;
     let by_range = |sign| {
         let is = |decision: &knee_sign::Decision| decision.sign == sign && decision.taken.why == KneeSignReason::Range;
         decided.iter().flatten().any(is)
     };
     let knees_extend = by_range(PositiveDirection::Extension) && !by_range(PositiveDirection::Flexion);
     for (decision, knee) in decided.into_iter().zip(2..) {
-        let Some(decision) = decision else { continue };
+        let Some(decision) = decision else {
+            // A knee that hardly moves.
+            match (&shapes[knee], sources[knee]) {
+                (None, _) => {}
+                (Some(_), SignSource::Computed) => signs[knee] = Some(SignBasis::Known),
+                (Some(_), _) => findings.push((Some(Joint::ALL[knee]), FindingKind::SignNotKnown, Done::Reported)),
+            }
+            continue;
+        };
+        signs[knee] = Some(decision.basis());
         let extension = decision.sign == PositiveDirection::Extension;
         if extension {
             turn(&mut shapes, knee);
@@ -132,7 +154,7 @@ pub(crate) fn apply(
         if range_deg < LEAST_RANGE_DEG {
             findings.push((joint, FindingKind::Still { range_deg }, Done::Reported));
         }
-        let shows = if range_deg < LEAST_RANGE_DEG { Shown::Flexion } else { shown_by(&shapes, hip) };
+        let shows = if range_deg < LEAST_RANGE_DEG { Shown::Nothing } else { shown_by(&shapes, hip) };
         let known = match (known, shows) {
             (None, Shown::Extension) => {
                 turn(&mut shapes, hip);
@@ -140,6 +162,11 @@ pub(crate) fn apply(
             }
             _ => known,
         };
+        signs[hip] = Some(match (known, shows) {
+            (Some((_, why)), _) => why.basis(),
+            (None, Shown::Flexion) => SignBasis::Shape,
+            (None, _) => SignBasis::Assumed,
+        });
         shown[hip] = Some((known, shows, mean_deg));
     }
     let is_crossed = |hip: usize| matches!(shown[hip], Some((_, Shown::Crossed, _)));
@@ -150,17 +177,29 @@ pub(crate) fn apply(
             Some((sign, why)) => {
                 // Crossed knees are one finding, below.
                 let doubt = shows.doubt().filter(|_| !are_crossed && why != HipSignReason::Shape);
-                let is_said = doubt.is_some() || !matches!(why, HipSignReason::Format(_) | HipSignReason::Computed);
+                let is_said = doubt.is_some() || why.is_said();
                 let done = if sign == PositiveDirection::Extension { Done::Flipped } else { Done::Reported };
                 is_said.then_some((FindingKind::HipSign(TakenHipSign { sign, why, doubt, mean_deg }), done))
             }
-            None if shows.doubt().is_some() && !are_crossed => Some((FindingKind::SignUnclear, Done::Reported)),
-            None => None,
+            None => match shows {
+                Shown::Flexion => None,
+                Shown::Nothing => Some((FindingKind::SignNotKnown, Done::Reported)),
+                _ if are_crossed => None,
+                Shown::Extension | Shown::Crossed | Shown::Unclear => Some((FindingKind::SignUnclear, Done::Reported)),
+            },
         };
         findings.extend(finding.map(|(what, done)| (Some(joint), what, done)));
     }
     if are_crossed {
-        findings.push((None, FindingKind::KneesCrossed, Done::Reported));
+        let hips_known = !signs[..2].contains(&Some(SignBasis::Assumed));
+        findings.push((None, FindingKind::KneesCrossed { hips_known }, Done::Reported));
+    }
+    for (sign, joints, what) in
+        [(rules.hip_sign, &shapes[..2], FindingKind::NoHips), (rules.knee_sign, &shapes[2..], FindingKind::NoKnees)]
+    {
+        if sign.is_some() && joints.iter().all(Option::is_none) {
+            findings.push((None, what, Done::Reported));
+        }
     }
     for left in [0, 2] {
         let (Some(a), Some(b)) = (&shapes[left], &shapes[left + 1]) else { continue };
@@ -174,12 +213,12 @@ pub(crate) fn apply(
             findings.push((Some(Joint::ALL[left]), kind, Done::Reported));
         }
     }
-    Ok(findings)
+    Ok(Convention { findings, signs, exchanged })
 }
 
 /// What the shape of a hip and the lead of its knee show.
 fn shown_by(shapes: &[Option<Shape>; Joint::COUNT], hip: usize) -> Shown {
-    let Some(shape) = &shapes[hip] else { return Shown::Flexion };
+    let Some(shape) = &shapes[hip] else { return Shown::Nothing };
     let lead = match (&shapes[hip + 2], shape.phase()) {
         (Some(knee), Some(phase)) if knee.range >= LEAST_RANGE_DEG => {
             knee.phase().map(|knee| (knee - phase).rem_euclid(1.0))

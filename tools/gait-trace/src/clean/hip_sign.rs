@@ -2,10 +2,11 @@
 //!
 //! A hip bends to both sides by up to 30 degrees and more, so its angles do not show the sign. The shape of the strides does, but only of
 //! a usual gait: backwards in time, as a person who walks backwards moves, the knee leads the hip by half a cycle more or less, and the
-//! double bump has another phase. So the shape changes the sign only where nothing else says it; elsewhere it is a doubt, which is reported.
+//! double bump has another phase. So the shape changes the sign only where nothing else says it, with a warning; elsewhere it is a doubt,
+//! which is reported. Where the shape shows nothing either, the sign of the file is an assumption, and that is reported too.
 
 use super::positive_direction::PositiveDirection;
-use crate::raw::SignSource;
+use crate::raw::{SignBasis, SignSource};
 
 /// Why a sign was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +21,29 @@ pub enum HipSignReason {
     Knees,
     /// The shape of the strides.
     Shape,
+    /// `footfall convert` made flexion positive, which rested on this.
+    Converted(SignBasis),
+}
+
+impl HipSignReason {
+    /// Whether it is reported where nothing speaks against it.
+    pub(super) const fn is_said(self) -> bool {
+        match self {
+            Self::Asked | Self::Knees | Self::Shape => true,
+            Self::Format(_) | Self::Computed => false,
+            Self::Converted(basis) => matches!(basis, SignBasis::Turned),
+        }
+    }
+
+    /// What the sign rests on, in the angles that have been made flexion positive.
+    pub(super) const fn basis(self) -> SignBasis {
+        match self {
+            Self::Asked => SignBasis::Named,
+            Self::Format(_) | Self::Computed | Self::Knees => SignBasis::Known,
+            Self::Shape => SignBasis::Turned,
+            Self::Converted(basis) => basis,
+        }
+    }
 }
 
 /// What speaks against a sign that was taken.
@@ -47,14 +71,16 @@ pub struct TakenHipSign {
 /// What the two indicators of a hip show, each with 1 for flexion positive, -1 for extension and 0 for neither.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shown {
-    /// Flexion positive, or nothing against it.
+    /// Flexion positive.
     Flexion,
     /// Extension positive.
     Extension,
     /// The knee leads as if extension were positive, the double bump shows flexion: the knee may be that of the other leg.
     Crossed,
-    /// Neither.
+    /// They contradict each other, or one of them is between both signs.
     Unclear,
+    /// There are none: less than a stride, no knee and no double bump, or a joint that hardly moves.
+    Nothing,
 }
 
 impl Shown {
@@ -64,6 +90,7 @@ impl Shown {
             (Some(-1), -1) => Self::Extension,
             (Some(-1), 1) => Self::Crossed,
             (Some(-1), _) | (_, -1) | (Some(0), 0) => Self::Unclear,
+            (None, 0) => Self::Nothing,
             _ => Self::Flexion,
         }
     }
@@ -71,7 +98,7 @@ impl Shown {
     /// What it says against a sign that was taken, where the angles have been made flexion positive by it.
     pub(super) const fn doubt(self) -> Option<HipSignDoubt> {
         match self {
-            Self::Flexion => None,
+            Self::Flexion | Self::Nothing => None,
             Self::Extension => Some(HipSignDoubt::OtherShape),
             Self::Crossed | Self::Unclear => Some(HipSignDoubt::NoShape),
         }
@@ -91,6 +118,7 @@ pub(super) fn known(
         (None, SignSource::Format(why)) => Some((Flexion, HipSignReason::Format(why))),
         (None, SignSource::Computed) if knees_extend => Some((Extension, HipSignReason::Knees)),
         (None, SignSource::Computed) => Some((Flexion, HipSignReason::Computed)),
+        (None, SignSource::Converted(basis)) => Some((Flexion, HipSignReason::Converted(basis))),
         (None, SignSource::Unknown) => None,
     }
 }

@@ -1,12 +1,14 @@
-//! The sign of the knees: one decision for both, by what a knee can do, else by the shape of the gait.
+//! The sign of the knees: the caller's, or that of a conversion, else one decision for both, by what a knee can do or by the shape of the gait.
 //!
 //! A knee bends by up to 160 degrees and overextends by up to 25. So a knee that is beyond -25 degrees and stays below +15 counts
 //! extension as positive, one that is beyond +25 and stays above -15 counts flexion as positive; so do means beyond 25 degrees. Where
 //! the angles of one knee are decisive, they decide for both. Where each is decisive and they differ, each column has a sign of its
-//! own. Where none is, the shape of both decides (mean and skewness); if it is unclear too, the caller must name the sign.
+//! own. Where none is, the shape of both decides (mean and skewness), with a warning if it changes the sign; if it is unclear too, the
+//! caller must name the sign.
 
 use super::positive_direction::PositiveDirection;
-use super::shape::Shape;
+use super::shape::{LEAST_RANGE_DEG, Shape};
+use crate::raw::{SignBasis, SignSource};
 
 /// Beyond this angle, degrees, a knee shows on which side it bends.
 pub const BENT_DEG: f64 = 25.0;
@@ -26,6 +28,21 @@ pub enum KneeSignReason {
     Shape,
     /// The caller named it.
     Asked,
+    /// `footfall convert` made flexion positive, which rested on this.
+    Converted(SignBasis),
+}
+
+impl KneeSignReason {
+    /// What the sign rests on, in the angles that have been made flexion positive.
+    const fn basis(self, sign: PositiveDirection) -> SignBasis {
+        match (self, sign) {
+            (Self::Asked, _) => SignBasis::Named,
+            (Self::Range | Self::OtherKnee, _) => SignBasis::Known,
+            (Self::Shape, PositiveDirection::Flexion) => SignBasis::Shape,
+            (Self::Shape, PositiveDirection::Extension) => SignBasis::Turned,
+            (Self::Converted(basis), _) => basis,
+        }
+    }
 }
 
 /// The sign that was taken for a knee, and why.
@@ -41,13 +58,20 @@ pub struct TakenKneeSign {
     pub most_deg: f64,
 }
 
-/// The sign of a knee that moves.
+/// The sign of a knee that moves, or that is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Decision {
     pub(super) sign: PositiveDirection,
     pub(super) taken: TakenKneeSign,
     /// Whether the decision is reported although nothing changes: the angles of this knee alone do not show it.
     pub(super) is_said: bool,
+}
+
+impl Decision {
+    /// What the sign rests on.
+    pub(super) const fn basis(&self) -> SignBasis {
+        self.taken.why.basis(self.sign)
+    }
 }
 
 /// The sign does not follow from the angles: smallest and largest angle of the knees, degrees.
@@ -57,11 +81,13 @@ pub(crate) struct AmbiguousKnees {
     pub(crate) most_deg: f64,
 }
 
-/// The sign of the left and the right knee; `None` for one that is missing or still.
+/// The sign of the left and the right knee; `None` for one that is missing, and for one that is still and whose sign is not known.
 pub(super) fn decide(
-    knees: [Option<&Shape>; 2],
+    all: [Option<&Shape>; 2],
     asked: Option<PositiveDirection>,
+    sources: [SignSource; 2],
 ) -> Result<[Option<Decision>; 2], AmbiguousKnees> {
+    let knees = all.map(|knee| knee.filter(|shape| shape.range >= LEAST_RANGE_DEG));
     let by_range = knees.map(|knee| knee.and_then(by_range));
     let is_possible = |shape: &&Shape| shape.mean.abs() <= MOST_MEAN_DEG;
     let by_shape = knees.map(|knee| knee.filter(is_possible).and_then(|shape| of_number(shape.knee_sign())));
@@ -70,10 +96,15 @@ pub(super) fn decide(
         Some(Decision { sign, taken: TakenKneeSign { sign, why, least_deg, most_deg }, is_said })
     };
     if let Some(sign) = asked {
-        return Ok(knees.map(|knee| decision(knee, sign, KneeSignReason::Asked, true)));
+        return Ok(all.map(|knee| decision(knee, sign, KneeSignReason::Asked, true)));
     }
     let any_range = agreed(by_range);
     let pair = |n: usize| {
+        if let SignSource::Converted(basis) = sources[n] {
+            let differs = [by_range[n], by_shape[n]].contains(&Some(PositiveDirection::Extension));
+            let is_said = differs || basis == SignBasis::Turned;
+            return decision(all[n], PositiveDirection::Flexion, KneeSignReason::Converted(basis), is_said);
+        }
         let knee = knees[n];
         match (by_range[n], any_range) {
             (Some(own), _) => decision(knee, own, KneeSignReason::Range, false),
@@ -130,6 +161,8 @@ fn by_range(shape: &Shape) -> Option<PositiveDirection> {
 mod tests {
     use super::*;
 
+    const UNKNOWN: [SignSource; 2] = [SignSource::Unknown; 2];
+
     /// A knee that swings between two angles, without a stride period.
     fn knee(least: f64, most: f64) -> Shape {
         let x: Vec<f64> =
@@ -139,7 +172,7 @@ mod tests {
 
     fn signs(left: (f64, f64), right: (f64, f64)) -> Result<Vec<(PositiveDirection, KneeSignReason)>, AmbiguousKnees> {
         let (left, right) = (knee(left.0, left.1), knee(right.0, right.1));
-        let decided = decide([Some(&left), Some(&right)], None)?;
+        let decided = decide([Some(&left), Some(&right)], None, UNKNOWN)?;
         Ok(decided.into_iter().flatten().map(|decision| (decision.sign, decision.taken.why)).collect())
     }
 
@@ -165,9 +198,9 @@ mod tests {
         assert!(signs((115.0, 178.0), (118.0, 179.0)).is_err());
         let (left, right) = (knee(-20.0, 20.0), knee(-22.0, 21.0));
         for asked in PositiveDirection::ALL {
-            let decided = decide([Some(&left), Some(&right)], Some(asked)).unwrap();
+            let decided = decide([Some(&left), Some(&right)], Some(asked), UNKNOWN).unwrap();
             assert!(decided.iter().flatten().all(|decision| decision.sign == asked && decision.is_said));
         }
-        assert!(matches!(decide([None, None], None), Ok([None, None])));
+        assert!(matches!(decide([None, None], None, UNKNOWN), Ok([None, None])));
     }
 }

@@ -3,6 +3,8 @@
 use crate::series::{quantile, range};
 use std::f64::consts::TAU;
 
+/// Below this range, degrees, a joint counts as still and its sign is not judged.
+pub const LEAST_RANGE_DEG: f64 = 5.0;
 /// Knee: absolute mean angle, degrees, beyond which it indicates the sign.
 pub(super) const KNEE_MEAN_DEG: f64 = 5.0;
 /// Knee: absolute skewness beyond which it indicates the sign (swing is a large excursion to one side).

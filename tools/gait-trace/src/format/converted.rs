@@ -6,14 +6,20 @@
 //! # source-sha256: 9f86d0...
 //! # options: --unit degrees
 //! # low-pass: 6 Hz                                            or: off
+//! # signs: left_hip known, right_hip known, left_knee known, ...     what each sign rests on
 //! # changed: left knee: extension is positive in the file (-57.7 to -3.8 deg: too far for flexion of a knee); the sign was changed
 //! time_s,left_hip_deg,...
 //! ```
 //! In a motion file the same lines are in the header, `footfall-convert=0.1.0`, `source=walk.c3d`, .... A value that the source does not
 //! have stays missing: an empty cell in CSV, `NaN` in a motion file.
+//!
+//! The angles are flexion positive as far as that is known, and `signs` says how far ([`SignBasis`]): a reader of the file takes no sign as
+//! known that was assumed, and none as found that was changed by the shape of the strides.
 
 use crate::clean::condition::Conditioned;
+use crate::format::conversion_record::{self, CSV_MARK, MOT_MARK, Record};
 use crate::format::opensim::coordinate;
+use crate::raw::SignBasis;
 use joint_units::Joint;
 use std::io::{self, Write};
 
@@ -43,14 +49,6 @@ pub struct Conversion {
     pub changes: Vec<String>,
 }
 
-const CSV_MARK: &str = "# footfall convert ";
-const MOT_MARK: &str = "footfall-convert=";
-
-/// Whether a file is a CSV that [`write_to`] has written.
-pub(crate) fn is_csv(bytes: &[u8]) -> bool {
-    bytes.starts_with(CSV_MARK.as_bytes())
-}
-
 impl Conversion {
     /// The record in a file; `None` for a file that is no conversion.
     ///
@@ -67,23 +65,9 @@ impl Conversion {
     /// # Ok::<(), String>(())
     /// ```
     pub fn of_bytes(bytes: &[u8]) -> Result<Option<Self>, String> {
-        let lines = || bytes.split(|&byte| byte == b'\n').map(|line| String::from_utf8_lossy(line)).take(MOST_LINES);
-        let csv = is_csv(bytes);
-        let pairs: Vec<(String, String)> = if csv {
-            let comments = lines().map_while(|line| line.strip_prefix("# ").map(str::to_owned));
-            comments.filter_map(|line| line.split_once(": ").map(owned)).collect()
-        } else {
-            let header = || lines().take_while(|line| !line.trim().eq_ignore_ascii_case("endheader"));
-            if !header().any(|line| line.starts_with(MOT_MARK)) {
-                return Ok(None);
-            }
-            header().filter_map(|line| line.split_once('=').map(owned)).collect()
-        };
-        let all = |key: &str| -> Vec<String> {
-            pairs.iter().filter(|(name, _)| name == key).map(|(_, value)| value.clone()).collect()
-        };
-        let one = |key: &str| all(key).into_iter().next();
-        let filter = one("low-pass").unwrap_or_default();
+        let Some(record) = Record::of_bytes(bytes) else { return Ok(None) };
+        let one = |key: &str| record.one(key).unwrap_or_default().to_owned();
+        let filter = one("low-pass");
         let low_pass_hz = match filter.strip_suffix(" Hz").map(str::parse) {
             Some(Ok(hz)) => Some(hz),
             None if filter == "off" => None,
@@ -93,41 +77,29 @@ impl Conversion {
                 ));
             }
         };
-        let version = if csv {
-            let first = lines().next().unwrap_or_default();
-            first.trim().strip_prefix(CSV_MARK).map(str::to_owned)
-        } else {
-            one("footfall-convert")
-        };
         Ok(Some(Self {
-            version: version.unwrap_or_default(),
-            source: one("source").unwrap_or_default(),
-            source_sha256: one("source-sha256").unwrap_or_default(),
-            options: one("options").unwrap_or_default(),
+            version: one(Record::VERSION),
+            source: one("source"),
+            source_sha256: one("source-sha256"),
+            options: one("options"),
             low_pass_hz,
-            changes: all("changed"),
+            changes: record.all("changed").map(str::to_owned).collect(),
         }))
     }
 
     /// Keys and values below the mark, in order, each on one line.
-    fn pairs(&self) -> Vec<(&'static str, String)> {
+    fn pairs(&self, signs: &[Option<SignBasis>; Joint::COUNT]) -> Vec<(&'static str, String)> {
         let low_pass = self.low_pass_hz.map_or("off".into(), |hz| format!("{hz} Hz"));
         let mut pairs = vec![
             ("source", one_line(&self.source)),
             ("source-sha256", one_line(&self.source_sha256)),
             ("options", one_line(&self.options)),
             ("low-pass", low_pass),
+            (conversion_record::SIGNS, conversion_record::signs(signs)),
         ];
         pairs.extend(self.changes.iter().map(|change| ("changed", one_line(change))));
         pairs
     }
-}
-
-/// Most lines of a record.
-const MOST_LINES: usize = 1000;
-
-fn owned((key, value): (&str, &str)) -> (String, String) {
-    (key.trim().into(), value.trim().into())
 }
 
 fn one_line(text: &str) -> String {
@@ -145,7 +117,7 @@ pub fn write_to(out: &mut dyn Write, format: Format, joints: &Conditioned, conve
     let (separator, missing) = match format {
         Format::Csv => {
             writeln!(out, "{CSV_MARK}{version}")?;
-            conversion.pairs().iter().try_for_each(|(key, value)| writeln!(out, "# {key}: {value}"))?;
+            conversion.pairs(&joints.signs).iter().try_for_each(|(key, value)| writeln!(out, "# {key}: {value}"))?;
             write!(out, "time_s")?;
             there.iter().try_for_each(|joint| write!(out, ",{}_deg", joint.name()))?;
             (',', "")
@@ -154,7 +126,7 @@ pub fn write_to(out: &mut dyn Write, format: Format, joints: &Conditioned, conve
             let (rows, columns) = (times.len(), there.len() + 1);
             writeln!(out, "Coordinates\nversion=1\nnRows={rows}\nnColumns={columns}\ninDegrees=yes")?;
             writeln!(out, "{MOT_MARK}{version}")?;
-            conversion.pairs().iter().try_for_each(|(key, value)| writeln!(out, "{key}={value}"))?;
+            conversion.pairs(&joints.signs).iter().try_for_each(|(key, value)| writeln!(out, "{key}={value}"))?;
             write!(out, "endheader\ntime")?;
             there.iter().try_for_each(|joint| write!(out, "\t{}", coordinate(*joint)))?;
             ('\t', "NaN")

@@ -3,6 +3,7 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_unit::AngleUnit;
 use crate::format::components::{Components, Triple};
+use crate::format::extension_columns;
 use crate::format::joint_names::{joint_of, sideless_of, unit_of};
 use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
@@ -167,7 +168,11 @@ impl Header {
                 [] if how.calibration.is_some() => Fault::NoChannelMap { have: listed(&others) },
                 [] => {
                     let first = (0..headings.len()).find(|index| time.index() != Some(*index)).unwrap_or(0);
-                    Fault::NoJoints { have: listed(&headings), example: example("left_hip", &headings, first) }
+                    let example = match extension_columns::advice(&headings, |_| false) {
+                        Some(advice) => format!(" ({advice})"),
+                        None => example("left_hip", &headings, first),
+                    };
+                    Fault::NoJoints { have: listed(&headings), example }
                 }
                 volts => Fault::NoChannelMap { have: listed(volts) },
             }));

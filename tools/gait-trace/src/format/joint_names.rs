@@ -26,15 +26,23 @@ const MAX_NAME: usize = 64;
 /// ```
 #[must_use]
 pub fn joint_of(name: &str) -> Option<(Joint, Option<AngleUnit>)> {
-    only(readings(name).filter_map(|words| {
-        let joint = match (one_of(&words, Word::Left, Word::Right)?, one_of(&words, Word::Hip, Word::Knee)?) {
-            (Word::Left, Word::Hip) => Joint::LeftHip,
-            (Word::Right, Word::Hip) => Joint::RightHip,
-            (Word::Left, _) => Joint::LeftKnee,
-            _ => Joint::RightKnee,
-        };
-        Some((joint, unit_among(&words)?))
-    }))
+    only(readings(name).filter_map(|words| joint_among(&words)))
+}
+
+/// The joint of a name that counts extension as positive, for which [`joint_of`] gives none.
+pub(crate) fn extension_of(name: &str) -> Option<Joint> {
+    let readings = all_readings(name).filter(|words| is_extension(words));
+    only(readings.filter_map(|words| joint_among(&words).map(|(joint, _)| joint)))
+}
+
+fn joint_among(words: &[Word]) -> Option<(Joint, Option<AngleUnit>)> {
+    let joint = match (one_of(words, Word::Left, Word::Right)?, one_of(words, Word::Hip, Word::Knee)?) {
+        (Word::Left, Word::Hip) => Joint::LeftHip,
+        (Word::Right, Word::Hip) => Joint::RightHip,
+        (Word::Left, _) => Joint::LeftKnee,
+        _ => Joint::RightKnee,
+    };
+    Some((joint, unit_among(words)?))
 }
 
 /// The left and right joint that a name without a side may denote, and the unit if the name has one.
@@ -71,12 +79,17 @@ fn only<T: PartialEq>(mut readings: impl Iterator<Item = T>) -> Option<T> {
 /// The words of a joint angle's name, in each language that has them all; none for any other name and for one that counts extension as
 /// positive.
 fn readings(name: &str) -> impl Iterator<Item = Vec<Word>> {
+    all_readings(name).filter(|words| !is_extension(words))
+}
+
+/// The words of a joint angle's name, in each language that has them all.
+fn all_readings(name: &str) -> impl Iterator<Item = Vec<Word>> {
     let plain = plain(name).unwrap_or_default();
-    LANGUAGES.iter().filter_map(move |language| {
-        let words = words_of(&plain, language)?;
-        let extension = words.contains(&Word::Extension) && !words.contains(&Word::Flexion);
-        (!extension).then_some(words)
-    })
+    LANGUAGES.iter().filter_map(move |language| words_of(&plain, language))
+}
+
+fn is_extension(words: &[Word]) -> bool {
+    words.contains(&Word::Extension) && !words.contains(&Word::Flexion)
 }
 
 /// A name in lower case without blanks and signs; `None` for one that is too long, and for a speed.

@@ -20,9 +20,10 @@ use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::components::Triple;
-use crate::format::converted;
+use crate::format::conversion_record::Record;
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
+use crate::format::extension_columns;
 use crate::format::flexion_component;
 use crate::format::preamble::{self, Preamble};
 use crate::format::row_lines::RowLines;
@@ -137,6 +138,11 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         _ => error,
     })?;
 
+    let is_read = |joint| header.chosen.iter().any(|chosen| chosen.joint == joint);
+    if let Some(advice) = extension_columns::advice(&header.headings, is_read) {
+        notes.push(advice + ".");
+    }
+
     if how.axis.is_some() && header.chosen.iter().all(|chosen| chosen.triple.is_none()) {
         let what = "this file has no angles of three components";
         return Err(TraceError::new(name, None, Fault::NoAxes { what }));
@@ -228,9 +234,11 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     })?;
     header.settle_side(marks.is_left(), &mut notes);
     let place = Place { file: name, header: Some(header_line), lines: &row_lines };
-    let sign = SignSource::by_format(converted::is_csv(text.as_bytes()), "as `footfall convert` writes it");
-    let column =
-        |Chosen { joint, index, heading, said, values, .. }| AngleColumn { joint, heading, index, said, sign, values };
+    let record = Record::of_bytes(text.as_bytes());
+    let column = |Chosen { joint, index, heading, said, values, .. }| {
+        let sign = record.as_ref().map_or(SignSource::Unknown, |record| record.sign_of(&header.headings[index]));
+        AngleColumn { joint, heading, index, said, sign, values }
+    };
     let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());

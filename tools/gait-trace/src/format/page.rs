@@ -32,17 +32,34 @@ const TAIL: &str = "
 ## Signs
 
 Results are flexion positive. Where the angle of a hip is computed from positions, or the format defines flexion as positive, its sign is known
-and is not changed. The same holds of a CSV file that `footfall convert` wrote. Other hips are judged by the shape of their strides and by the lead
-of the knee: where both show extension as positive the sign is changed, which is reported. `--hip-sign flexion` or `--hip-sign extension` names the
-sign of both hips and goes before all of this. A person who walks backwards moves nearly as in a recording of walking that is played backwards, and
+and is not changed. Other hips are judged by the shape of their strides and by the lead of the knee: where both show extension as positive the sign is
+changed, with a warning, because it is a guess. Where they show nothing, as in less than a stride, it is assumed that flexion is positive, with a warning
+too. `--hip-sign flexion` or `--hip-sign extension` names the sign of both hips, goes before all of this, and ends the warning. A person who walks backwards moves nearly as in a recording of walking that is played backwards, and
 neither the shape nor the lead of the knee is then that of walking: give the option for such a file, where its sign is not known. A finding says where
 the shape contradicts a sign that is known or named. Visual3D defines no sign: it is that of the model, and an angle may be negated there. Where
 positions are such that the knees bend to the other side, the hips are changed with them: left and right may be exchanged in the file.
 
 The sign of the knees is one decision for both: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond
 +25 that stays above -15 counts flexion as positive, and so do means beyond 25 degrees. Where the angles of neither knee decide, the shape of the
-strides does; where that is unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
-with their own. A sign that was changed is reported for each joint, with its angles and the reason.
+strides does, with a warning if that changes the sign; where it is unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
+with their own. A sign that was changed is reported for each joint, with its angles and the reason. A joint that moves by less than 5 degrees shows no sign:
+that of its file is assumed, with a warning, unless it is known or named.
+
+A column whose name counts extension as positive (`left_hip_extension_deg`) is read only where a map names it; the message has the map and the options of
+the signs.
+
+What `footfall convert` writes is flexion positive as far as that is known. A line `signs` of its record has a word for each joint, and a later read of the file
+goes by it:
+
+| word | flexion is positive because | when the file is read again |
+|---|---|---|
+| `named` | an option named the sign | known: the sign is not changed |
+| `known` | the format or the positions say so, or the angles of the knees | known: the sign is not changed |
+| `shape` | the shape of the strides shows it, and nothing was changed | judged by the shape again |
+| `turned` | the shape of the strides showed the other sign, which was changed | not changed again, and a warning again; an option confirms it |
+| `assumed` | nothing shows it | not known: judged again, and a warning again |
+
+Without that line nothing is known of the signs of such a file. A spreadsheet may save it again: a byte order mark and separators behind the lines are left out.
 
 ## Cycles
 

@@ -15,9 +15,12 @@ pub(crate) const MAX_ROWS: usize = 1 << 24;
 /// Largest number of columns.
 pub(crate) const MAX_COLUMNS: usize = 4096;
 
+/// Begins a text in UTF-8 that some programs write, such as spreadsheets.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The bytes as text, without a byte order mark.
 pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceError> {
-    let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+    let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     let bytes = &bytes[start..];
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(TraceError::new(name, None, Fault::Empty));

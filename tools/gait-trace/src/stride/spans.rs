@@ -82,7 +82,10 @@ impl fmt::Display for LeftOut {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StrideError {
     /// A joint is missing.
-    #[error("no {}; allowed is a recording with both hips and both knees", .missing.join(", no "))]
+    #[error(
+        "no {}; allowed is a recording with both hips and both knees: `--map {}` names columns that were not recognised", .missing.join(", no "),
+        .missing.iter().map(|joint| format!("{joint}=COLUMN")).collect::<Vec<_>>().join(",")
+    )]
     NoJoint {
         /// Their names.
         missing: Vec<&'static str>,

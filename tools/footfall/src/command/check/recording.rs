@@ -5,7 +5,7 @@ use crate::command::fit::job::{Input, Job, name_of};
 use crate::failure::Failure;
 use crate::file::recording;
 use gait_fit::fit::Fit;
-use gait_trace::{Conditioned, Done, FindingKind, Level, condition};
+use gait_trace::{Conditioned, Done, Finding, FindingKind, Level, SignBasis, condition};
 use joint_units::Joint;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -22,7 +22,13 @@ pub(super) fn check(path: &Path, job: &Job) -> (String, Result<String, Failure>)
                 return (report.0, Err(Failure::run(format!("{}: walks: no: {why}; {words}", path.display()))));
             }
             let (strides, period_s) = (fitted.strides.cycles().len(), fitted.period_s);
-            let good = format!("{}: good: `fit` takes it, {strides} strides of {period_s:.3} s", path.display());
+            let warnings = match recording::warnings(&fitted.conditioned.findings).len() {
+                0 => String::new(),
+                1 => ", 1 warning".into(),
+                more => format!(", {more} warnings"),
+            };
+            let good =
+                format!("{}: good: `fit` takes it, {strides} strides of {period_s:.3} s{warnings}", path.display());
             (report.0, Ok(good))
         }
         Err(why) => {
@@ -57,7 +63,8 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
     report.line("format", &raw.format);
     let conditioned = condition(raw, &job.fit.rules).ok();
     for joint in Joint::ALL {
-        let taken = raw.joints[joint as usize].as_ref().map_or("not in the file".into(), |column| {
+        let of_file = conditioned.as_ref().map_or(joint, |conditioned| conditioned.column_of(joint));
+        let taken = raw.joints[of_file as usize].as_ref().map_or("not in the file".into(), |column| {
             let sign =
                 conditioned.as_ref().map_or(String::new(), |conditioned| format!(", {}", sign(conditioned, joint)));
             format!("`{}`, {}{sign}", column.column, column.unit)
@@ -99,17 +106,18 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
     Ok(fitted)
 }
 
-/// What was done about the sign of a joint.
+/// What was done about the sign of a joint, and what it rests on.
 fn sign(conditioned: &Conditioned, joint: Joint) -> &'static str {
-    let about = |kind: fn(&FindingKind) -> bool| {
-        conditioned.findings.iter().find(|finding| finding.joint == Some(joint) && kind(&finding.what))
+    let is_of_sign = |finding: &&Finding| {
+        finding.joint == Some(joint) && matches!(finding.what, FindingKind::HipSign(_) | FindingKind::KneeSign(_))
     };
-    let turned = about(|kind| matches!(kind, FindingKind::HipSign(_) | FindingKind::KneeSign(_)));
-    if turned.is_some_and(|finding| finding.done == Done::Flipped) {
-        "sign changed: extension was positive"
-    } else if about(|kind| matches!(kind, FindingKind::SignUnclear | FindingKind::Still { .. })).is_some() {
-        "sign unclear"
-    } else {
-        "flexion positive"
+    let is_changed = conditioned.findings.iter().filter(is_of_sign).any(|finding| finding.done == Done::Flipped);
+    match conditioned.signs[joint as usize] {
+        Some(SignBasis::Turned) if is_changed => "sign changed by the shape of the strides: extension was positive",
+        _ if is_changed => "sign changed: extension was positive",
+        Some(SignBasis::Turned) => "flexion positive by the shape of the strides, which `footfall convert` changed",
+        Some(SignBasis::Shape) => "flexion positive by the shape of the strides",
+        Some(SignBasis::Named | SignBasis::Known) => "flexion positive",
+        Some(SignBasis::Assumed) | None => "sign not known, flexion assumed",
     }
 }

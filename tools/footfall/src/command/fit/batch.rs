@@ -24,7 +24,7 @@ use crate::options::overwrite::Overwrite;
 use crate::output;
 
 /// What a result has: one with less is computed again.
-const CONTENT: &str = "curves, measures, why it is not used";
+const CONTENT: &str = "curves, measures, warnings, why it is not used";
 
 /// The program that computed a result: another version may fit otherwise.
 const MADE_BY: &str = concat!("footfall ", env!("CARGO_PKG_VERSION"));
@@ -48,10 +48,12 @@ pub(super) struct Batch {
 
 /// How one recording ended.
 enum End {
-    Fitted,
-    Known,
-    /// Fitted, but the generator does not walk on the robot, or is refused.
-    NotUsed(String),
+    /// With so many warnings.
+    Fitted(usize),
+    /// Fitted by an earlier run, with so many warnings.
+    Known(usize),
+    /// Fitted, but the generator does not walk on the robot, or is refused; with so many warnings.
+    NotUsed(String, usize),
     Failed(String),
     /// No recording of gait.
     Skipped(String),
@@ -81,7 +83,7 @@ pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Fai
     if failed > 0 {
         return Err(Failure::run(format!("{failed} of {} recordings could not be fitted", ends.len() - skipped)));
     }
-    let not_used = count(&ends, |end| matches!(end, End::NotUsed(_)));
+    let not_used = count(&ends, |end| matches!(end, End::NotUsed(..)));
     if not_used > 0 {
         let of = ends.len() - skipped;
         return Err(Failure::run(format!(
@@ -118,9 +120,13 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
         // Without a terminal, and with --verbose, one line a recording, so that a log shows the progress.
         let in_lines = bar.is_hidden() || messages::says(Amount::Verbose);
         bar.suspend(|| match &end {
-            Ok(End::Fitted) if in_lines => messages::status(format_args!("fitted: {}", recording.name)),
-            Ok(End::Known) if in_lines => messages::status(format_args!("known: {}", recording.name)),
-            Ok(End::NotUsed(why)) => messages::status(format_args!("{}: {why}", recording.name)),
+            Ok(End::Fitted(warnings)) if in_lines => {
+                messages::status(format_args!("fitted: {}{}", recording.name, with(*warnings)));
+            }
+            Ok(End::Known(warnings)) if in_lines => {
+                messages::status(format_args!("known: {}{}", recording.name, with(*warnings)));
+            }
+            Ok(End::NotUsed(why, _)) => messages::status(format_args!("{}: {why}", recording.name)),
             Ok(End::Failed(why)) => messages::status(format_args!("failed: {why}")),
             Ok(End::Skipped(why)) => messages::status(format_args!("skipped: {why}")),
             _ => {}
@@ -132,14 +138,23 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
     ends
 }
 
+/// Words for a number of warnings; none for none.
+fn with(warnings: usize) -> String {
+    match warnings {
+        0 => String::new(),
+        1 => ", with 1 warning".into(),
+        more => format!(", with {more} warnings"),
+    }
+}
+
 fn count(ends: &[End], of: fn(&End) -> bool) -> usize {
     ends.iter().filter(|end| of(end)).count()
 }
 
 /// Prints how the recordings ended; gives the number of those that were skipped. The counts add up to the number of files.
 fn print_counts(ends: &[End], others: &BTreeMap<String, usize>, batch: &Batch) -> Result<usize, Failure> {
-    let fitted = count(ends, |end| matches!(end, End::Fitted | End::NotUsed(_)));
-    let known = count(ends, |end| matches!(end, End::Known));
+    let fitted = count(ends, |end| matches!(end, End::Fitted(_) | End::NotUsed(..)));
+    let known = count(ends, |end| matches!(end, End::Known(_)));
     let failed = count(ends, |end| matches!(end, End::Failed(_)));
     let skipped = count(ends, |end| matches!(end, End::Skipped(_)));
     let no_gait = if skipped == 0 { String::new() } else { format!(", {skipped} skipped as no recording of gait") };
@@ -147,6 +162,17 @@ fn print_counts(ends: &[End], others: &BTreeMap<String, usize>, batch: &Batch) -
     messages::status(format_args!(
         "{fitted} fitted, {known} already known, {failed} failed{no_gait}: {files} files; results in {out}"
     ));
+    let is_doubtful = |end: &End| matches!(end, End::Fitted(1..) | End::Known(1..) | End::NotUsed(_, 1..));
+    let doubtful = count(ends, is_doubtful);
+    if doubtful > 0 {
+        let list = match batch.shard {
+            None => batch.out.join("summary.html").display().to_string(),
+            Some(_) => "the summary of `footfall merge`".into(),
+        };
+        messages::warning(format_args!(
+            "{doubtful} of the fitted recordings have warnings; {list} lists them, --strict refuses such recordings"
+        ));
+    }
     if !others.is_empty() {
         let kinds: Vec<String> = others.iter().map(|(extension, files)| format!("{extension} {files}")).collect();
         messages::note(format_args!("not read, because recordings have other extensions: {}", kinds.join(", ")));
@@ -211,7 +237,8 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
             if let Some(page) = &files.page {
                 output::write_text(page, &job.page(fitted, &recording.path), overwrite)?;
             }
-            let end = why_not.map_or(End::Fitted, End::NotUsed);
+            let warnings = recording::warnings(&fitted.conditioned.findings).len();
+            let end = why_not.map_or(End::Fitted(warnings), |why| End::NotUsed(why, warnings));
             let value = serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())).map(|mut value| {
                 value["report"] = files.page.as_ref().and_then(|page| relative(&batch.out, page)).into();
                 value
@@ -321,11 +348,12 @@ impl Files {
         if value["sha256"] != hash || value["asked"] != asked || value["made_by"] != MADE_BY {
             return None;
         }
+        let warnings = fit_summary::warnings(&value).len();
         match value["error"].as_str() {
             Some(error) => Some(End::Failed(error.into())),
             None => match value["not_used_because"].as_str() {
-                Some(why) if self.generator.exists() || !force_write => Some(End::NotUsed(why.into())),
-                _ => self.generator.exists().then_some(End::Known),
+                Some(why) if self.generator.exists() || !force_write => Some(End::NotUsed(why.into(), warnings)),
+                _ => self.generator.exists().then_some(End::Known(warnings)),
             },
         }
     }

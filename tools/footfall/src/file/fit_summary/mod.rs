@@ -3,6 +3,7 @@
 mod page;
 mod result_file;
 
+use gait_trace::Level;
 use joint_units::Joint;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -116,7 +117,8 @@ fn header() -> Vec<String> {
     for joint in Joint::ALL.map(Joint::name) {
         cells.extend(ERRORS.map(|error| format!("{joint}_{error}")));
     }
-    cells.extend(["rmse_heldout_deg", "cadence_steps_per_min", "stride_time_cv_percent", "error"].map(String::from));
+    let last = ["rmse_heldout_deg", "cadence_steps_per_min", "stride_time_cv_percent", "warnings", "error"];
+    cells.extend(last.map(String::from));
     cells
 }
 
@@ -141,6 +143,7 @@ fn row(outcome: &Value) -> Vec<String> {
     let measures = &outcome["measures"];
     cells.push(text(&outcome["rmse_heldout_deg"]));
     cells.extend(["cadence_steps_per_min", "stride_time_cv_percent"].map(|key| text(&measures[key])));
+    cells.push(warnings(outcome).join("; "));
     cells.push(text(&outcome["error"]));
     cells
 }
@@ -163,7 +166,17 @@ fn short(outcome: &Value) -> Value {
         "accepted": outcome["certificate"]["accepted"],
         "walks": outcome["certificate"]["drive"]["walks"],
         "notes": outcome["notes"],
+        "warnings": warnings(outcome),
     })
+}
+
+/// The warnings among the findings of a result.
+pub(crate) fn warnings(outcome: &Value) -> Vec<&str> {
+    let findings = outcome["findings"].as_array().into_iter().flatten();
+    findings
+        .filter(|finding| finding["level"] == Level::Warning.name())
+        .filter_map(|finding| finding["text"].as_str())
+        .collect()
 }
 
 /// A line of the table.
@@ -181,6 +194,17 @@ mod tests {
     #[test]
     fn cells_with_commas_and_quotes_stay_one_cell() {
         assert_eq!(line(&["a,b".into(), "say \"so\"".into()]), "\"a,b\",\"say \"\"so\"\"\"\n");
+    }
+
+    #[test]
+    fn warnings_are_in_the_table_and_in_the_list() {
+        let found = |level: &str, text: &str| json!({ "level": level, "text": text });
+        let findings = [found("note", "a"), found("warning", "b"), found("warning", "c")];
+        let outcome = json!({ "recording": "x.csv", "generator": "shape", "findings": findings });
+        let cells = row(&outcome);
+        let place = header().iter().position(|head| head == "warnings").unwrap();
+        assert_eq!(cells[place], "b; c");
+        assert_eq!(short(&outcome)["warnings"], json!(["b", "c"]));
     }
 
     #[test]

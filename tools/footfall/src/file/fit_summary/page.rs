@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::result_file;
+use super::{result_file, warnings};
 
 /// Title of the page, by which a summary is recognised, and its heading.
 const TITLES: [&str; 2] = ["fits", "Fits of a folder"];
@@ -38,6 +38,9 @@ pub(super) enum Entry {
         error: f64,
         /// Whether the generator walks on the robot.
         walks: bool,
+        recording: String,
+        /// Its warnings, one after the other; empty if there are none.
+        warnings: String,
     },
     Failed {
         recording: String,
@@ -59,6 +62,8 @@ impl Entry {
             (None, None) => Self::Fitted {
                 error: outcome["rmse_heldout_deg"].as_f64().unwrap_or(f64::INFINITY),
                 walks: outcome["certificate"]["drive"]["walks"] == true,
+                recording,
+                warnings: warnings(outcome).join("; "),
             },
         }
     }
@@ -90,6 +95,16 @@ pub(super) fn write(out: &mut dyn io::Write, folder: &Path, files: &[PathBuf], e
         }
         page += "</tbody></table></div>";
     }
+    let doubtful = entries.iter().filter_map(|entry| match entry {
+        Entry::Fitted { recording, warnings, .. } if !warnings.is_empty() => Some([recording, warnings]),
+        _ => None,
+    });
+    reasons(
+        &mut page,
+        "Warnings",
+        "Recordings that were fitted and may not be what they seem, with the reason",
+        doubtful,
+    );
     let failed = entries.iter().filter_map(|entry| match entry {
         Entry::Failed { recording, why } => Some([recording, why]),
         _ => None,
@@ -108,6 +123,10 @@ fn counts(page: &mut String, entries: &[Entry]) {
     let rows = [
         ("files", entries.len()),
         ("fitted", of(&|entry| matches!(entry, Entry::Fitted { .. }))),
+        (
+            "fitted, with a warning",
+            of(&|entry| matches!(entry, Entry::Fitted { warnings, .. } if !warnings.is_empty())),
+        ),
         ("fitted, and does not walk on the robot", of(&|entry| matches!(entry, Entry::Fitted { walks: false, .. }))),
         (
             "fitted from one stride, so that the held-out error is not known",

@@ -14,7 +14,9 @@ mod write;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::angle_unit::AngleUnit;
+use crate::format::conversion_record::Record;
 use crate::format::description::Description;
+use crate::format::extension_columns;
 use crate::format::joint_names::joint_of;
 use crate::format::row_lines::RowLines;
 use crate::format::stated;
@@ -101,7 +103,10 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         })?,
     };
     let said = header.unit(&mut notes);
-    let mut columns = chosen(&labels, how, said).map_err(fault)?;
+    let record = Record::of_bytes(whole.as_bytes());
+    let mut columns = chosen(&labels, how, said, record.as_ref()).map_err(fault)?;
+    let is_read = |joint| columns.iter().any(|column| column.joint == joint);
+    notes.extend(extension_columns::advice(&labels, is_read).map(|advice| advice + "."));
 
     let mut time_s = Vec::new();
     let mut row_lines = RowLines::default();
@@ -164,7 +169,12 @@ fn without_last_tab(delimiter: Delimiter, row: &str) -> &str {
 }
 
 /// The columns of the joints, without values.
-fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> Result<Vec<AngleColumn>, Fault> {
+fn chosen(
+    labels: &[String],
+    how: &ReadOptions<'_>,
+    said: Option<AngleUnit>,
+    record: Option<&Record>,
+) -> Result<Vec<AngleColumn>, Fault> {
     let mut columns = Vec::new();
     for joint in Joint::ALL {
         let index = match how.column_of(joint) {
@@ -194,12 +204,16 @@ fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> 
             let heading = labels[index].clone();
             // Models differ in the sign of a knee, but not in that of the coordinate `hip_flexion`.
             let is_hip_flexion = heading.to_ascii_lowercase().contains("hip_flexion");
-            let sign = SignSource::by_format(is_hip_flexion, "by the name `hip_flexion` of OpenSim");
+            let by_name = SignSource::by_format(is_hip_flexion, "by the name `hip_flexion` of OpenSim");
+            // A conversion has this name too where the sign was assumed.
+            let sign = record.map_or(by_name, |record| record.sign_of(&heading));
             columns.push(AngleColumn { joint, heading, index, said: Said::angle(said), sign, values: Vec::new() });
         }
     }
     if columns.is_empty() {
-        return Err(Fault::NoJoints { have: listed(labels), example: String::new() });
+        let advice = extension_columns::advice(labels, |_| false);
+        let example = advice.map_or(String::new(), |advice| format!(" ({advice})"));
+        return Err(Fault::NoJoints { have: listed(labels), example });
     }
     Ok(columns)
 }
