@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 
 use super::lanes::blocks;
 
-/// Longest time that a thread waits awake. Longer than a genetic algorithm needs between two generations; short, because other programs may
-/// need the core.
-const SPIN: Duration = Duration::from_micros(60);
+/// Longest time that a thread waits awake. Longer than a genetic algorithm needs between two generations, and than one more vector of
+/// individuals takes (50 microseconds at 1 ms); short, because other programs may need the core.
+const SPIN: Duration = Duration::from_micros(100);
 
 /// Batches that have begun. It only ends waiting early: no result depends on it.
 static BEGUN: AtomicUsize = AtomicUsize::new(0);
