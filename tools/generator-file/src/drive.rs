@@ -90,20 +90,12 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
     };
     let mut squares = [0.0f64; Joint::COUNT];
     let mut motions = [Motion::default(); Joint::COUNT];
+    let mut unarmed = Unarmed::boot(subject, config)?;
     for start in 0..STARTS {
-        let mut config = *config;
-        config.monitor.sensor_required = false;
-        // Without a body there is no angle of a joint to feed back.
-        config.feedback = FeedbackConfig::NONE;
-        let led = subject.led(Period::MILLISECOND)?;
-        let mut joints: JointLoop<Led, 0> =
-            config.build(Period::MILLISECOND, led, []).map_err(|error| error.to_string())?;
         // The first start is that of a board that has just booted; the others begin on the motion that is left after all transients.
         let settled = if start == 0 { 0.0 } else { SETTLE_STRIDES * stride };
         let phase = f64::from(start) / f64::from(STARTS) * stride;
-        for _ in 0..BOOT + (settled + phase).min(MOST_SETTLE_TICKS) as u32 {
-            joints.tick(&Sample::default());
-        }
+        let mut joints = unarmed.after(BOOT + (settled + phase).min(MOST_SETTLE_TICKS) as u32);
         let mut armed = 0;
         for tick in 0..HOLD + RAMP {
             joints.tick(&Sample { button: tick < HOLD, ..Sample::default() });
@@ -155,6 +147,34 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
     Ok(all)
 }
 
+/// A loop that is not armed. The starts begin at later and later ticks of it, so that their transients are simulated once.
+struct Unarmed {
+    joints: JointLoop<Led, 0>,
+    /// Since the boot.
+    ticks: u32,
+}
+
+impl Unarmed {
+    fn boot(subject: &Subject, config: &LoopConfig) -> Result<Self, String> {
+        let mut config = *config;
+        config.monitor.sensor_required = false;
+        // Without a body there is no angle of a joint to feed back.
+        config.feedback = FeedbackConfig::NONE;
+        let led = subject.led(Period::MILLISECOND)?;
+        let joints = config.build(Period::MILLISECOND, led, []).map_err(|error| error.to_string())?;
+        Ok(Self { joints, ticks: 0 })
+    }
+
+    /// The loop so many ticks after the boot, not fewer than were asked for before.
+    fn after(&mut self, ticks: u32) -> JointLoop<Led, 0> {
+        while self.ticks < ticks {
+            self.joints.tick(&Sample::default());
+            self.ticks += 1;
+        }
+        self.joints.clone()
+    }
+}
+
 /// Words, if each joint stands; the argument is the root mean square of each motion, degrees.
 fn nothing_moves(motions: [f64; Joint::COUNT]) -> Option<String> {
     let still = STILL_DEG * std::f64::consts::FRAC_1_SQRT_2;
@@ -203,7 +223,9 @@ fn why_not(cause: Cause, after_s: f64, excesses: &[Excess]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::GeneratorFile;
+    use crate::file::{Coefficients, FollowSet, GeneratorFile, ShapeJoint, ShapeSet};
+    use cpg_core::entrainment::EventSource;
+    use proptest::prelude::*;
 
     fn driven(set: &GeneratorSet) -> Drive {
         walks(set, &LoopConfig::default_biped()).unwrap()
@@ -214,6 +236,46 @@ mod tests {
             panic!("R1")
         };
         set
+    }
+
+    /// Every subject that has a name, and a follower.
+    fn subjects() -> Vec<Subject> {
+        let series = |numbers: [f32; 2]| Coefficients::new(&numbers).expect("1 to 8");
+        let joint = |size| ShapeJoint { mean_deg: 10.0, cos_deg: series([size, 3.0]), sin_deg: series([0.0, 2.0]) };
+        let shape = ShapeSet { stride_s: 1.1, joints: [20.0, -20.0, 10.0, -10.0].map(joint) };
+        let follower = FollowSet { sensor: Joint::LeftHip, events: EventSource::None, shape, corrections: None };
+        let named = Subject::names().into_iter().filter_map(|(name, _)| Subject::named(name));
+        named.chain([Subject::Set(GeneratorSet::Follow(follower))]).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// A start that takes over the ticks of the starts before it goes on as one from its own boot, tick by tick.
+        #[test]
+        fn a_start_goes_on_as_one_from_its_own_boot(
+            which in 0..subjects().len(), first in 0u32..3000, more in 0u32..3000, walked in 0usize..1500,
+        ) {
+            let subject = &subjects()[which];
+            let boot = || Unarmed::boot(subject, &LoopConfig::default_biped()).unwrap();
+            let mut shared = boot();
+            let mut before = shared.after(first);
+            for _ in 0..HOLD {
+                before.tick(&Sample { button: true, ..Sample::default() });
+            }
+            let (mut got, mut want) = (shared.after(first + more), boot());
+            for _ in 0..first + more {
+                want.joints.tick(&Sample::default());
+            }
+            for tick in 0..HOLD as usize + walked {
+                let sample = Sample { button: tick < HOLD as usize, ..Sample::default() };
+                got.tick(&sample);
+                want.joints.tick(&sample);
+                prop_assert_eq!(got.frame(), want.joints.frame(), "{} at {}", subject.kind(), tick);
+                prop_assert_eq!(got.generator().phase(), want.joints.generator().phase());
+                prop_assert_eq!(got.generator().angles(), want.joints.generator().angles());
+            }
+        }
     }
 
     /// The default walk: the setpoints are the generator's angles in every tick.

@@ -45,15 +45,34 @@ impl SimulatedPerson {
 }
 
 /// A generator as it runs on the board; a follower gets the angles of a simulated person.
+#[derive(Clone)]
 pub(crate) struct Led {
     generator: Run,
     person: Option<SimulatedPerson>,
     ticks_per_period: f64,
 }
 
+#[derive(Clone)]
 enum Run {
     Board(Box<BoardGenerator>),
-    Named(Box<dyn Generator<4>>),
+    Named(Box<dyn Named>),
+}
+
+/// A generator of any type, which can be copied with its state.
+trait Named: Generator<4> {
+    fn copied(&self) -> Box<dyn Named>;
+}
+
+impl<G: Generator<4> + Clone + 'static> Named for G {
+    fn copied(&self) -> Box<dyn Named> {
+        Box::new(self.clone())
+    }
+}
+
+impl Clone for Box<dyn Named> {
+    fn clone(&self) -> Self {
+        self.as_ref().copied()
+    }
 }
 
 impl Led {
@@ -70,7 +89,7 @@ impl Led {
     }
 
     /// A generator that follows nobody.
-    pub(crate) fn named(generator: impl Generator<4> + 'static) -> Self {
+    pub(crate) fn named(generator: impl Generator<4> + Clone + 'static) -> Self {
         Self { generator: Run::Named(Box::new(generator)), person: None, ticks_per_period: 1.0 }
     }
 

@@ -222,7 +222,7 @@ pub(crate) fn settle(
     }
 }
 
-fn named<G: Generator<4> + 'static>(built: Result<G, BuildError>) -> Result<Led, String> {
+fn named<G: Generator<4> + Clone + 'static>(built: Result<G, BuildError>) -> Result<Led, String> {
     built.map(Led::named).map_err(|error| error.to_string())
 }
 

@@ -5,12 +5,11 @@
 //! them busy, five or more nearly do.
 
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use crate::objective::{Errors, Target};
-use gait_fit::search::Network;
-use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles, blocks, dispatch};
+use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles, dispatch};
 use gait_fit::search::network::{Field, Pair, step};
+use gait_fit::search::{Network, batch};
 
 /// The integration steps between two samples of a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,8 +59,8 @@ pub fn angles(networks: &[Network], target: &Target, grid: Grid) -> Vec<Vec<[f64
 }
 
 /// Splits a population over the cores. The results are in the order of the networks.
-fn each_block<R: Send>(networks: &[Network], run: impl Fn(&[Network]) -> R + Sync + Send) -> Vec<R> {
-    blocks(networks.len()).into_par_iter().map(|block| run(&networks[block])).collect()
+fn each_block<R: Send + Sync>(networks: &[Network], run: impl Fn(&[Network]) -> R + Sync) -> Vec<R> {
+    batch::each_block(networks.len(), |block| run(&networks[block]))
 }
 
 /// Errors of the networks of a block.

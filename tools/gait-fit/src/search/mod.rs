@@ -7,10 +7,12 @@
 //! | [`cma_es`] | CMA-ES with IPOP or BIPOP restarts |
 //! | [`levenberg`] | Levenberg-Marquardt in the unit box, a Jacobian in one batch |
 //! | [`network`], [`lanes`] | the thesis' network, eqs 13-16, for many individuals in SIMD vectors |
+//! | [`batch`] | a generation on all threads, without sleep between two |
 //! | [`Evaluator`] | counts evaluations and keeps the best point |
 //!
 //! Everything random comes from a seed and is drawn on one thread: the same seed gives the same bits, on any number of threads.
 
+pub mod batch;
 pub mod cma_es;
 mod evaluator;
 pub mod lanes;

@@ -8,6 +8,7 @@ use gait_trace::stride::cycle::{Cycle, POINTS};
 use generator_file::file::{GeneratorSet, ThesisSet};
 use generator_file::returns::comes_back;
 use joint_units::Period;
+use rayon::prelude::*;
 
 use super::side_by_side::{Built, States, side_by_side};
 
@@ -55,16 +56,17 @@ pub(crate) fn simulate(sets: &[ThesisSet], stride_s: f64) -> Vec<Simulated> {
     let built: Vec<Result<Built, String>> = sets.iter().map(build).collect();
     let nets: Vec<Built> = built.iter().filter_map(|built| built.as_ref().ok().cloned()).collect();
     let mut states = side_by_side(&nets, 2 * (stride * STRIDES / 2), Turn::steps(stride)).into_iter();
-    let one = |built: Result<Built, String>| {
-        let built = built?;
-        let states = match states.next().flatten() {
-            Some(states) => states,
+    let with_states: Vec<Result<(Built, Option<States>), String>> =
+        built.into_iter().map(|built| Ok((built?, states.next().flatten()))).collect();
+    let one = |built: Result<(Built, Option<States>), String>| {
+        let states = match built? {
+            (_, Some(states)) => states,
             // At its bounds a network is the core's own.
-            None => alone(built.net, stride)?,
+            (built, None) => alone(built.net, stride)?,
         };
         Turn::of(states, stride).ok_or_else(no_orbit)
     };
-    built.into_iter().map(one).collect()
+    with_states.into_par_iter().map(one).collect()
 }
 
 fn build(set: &ThesisSet) -> Result<Built, String> {

@@ -4,9 +4,9 @@
 //! start exactly opposite does not survive it.
 
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
-use super::lanes::{Lanes, Singles, blocks, dispatch};
+use super::batch::each_block;
+use super::lanes::{Lanes, Singles, dispatch};
 use super::network::{Field, Network, Pair, step};
 use super::waveform::Sample;
 
@@ -24,20 +24,18 @@ pub(crate) struct Durations {
     pub(crate) samples: usize,
 }
 
-/// Calls `judge` with the three records of each network; results in the order of the networks.
-pub(crate) fn settle<R: Send>(
-    networks: &[Network],
+/// Calls `judge` with the network that `decode` makes of each point and its three records; results in the order of the points.
+pub(crate) fn settle<P: Sync, R: Send + Sync>(
+    points: &[P],
+    decode: impl Fn(&P) -> Network + Sync,
     durations: Durations,
-    judge: impl Fn(&Network, &[Vec<Sample>; 3]) -> R + Sync + Send,
+    judge: impl Fn(&Network, &[Vec<Sample>; 3]) -> R + Sync,
 ) -> Vec<R> {
-    let lists: Vec<Vec<R>> = blocks(networks.len())
-        .into_par_iter()
-        .map(|block| {
-            let block = &networks[block];
-            let records = dispatch(Run { block, durations });
-            block.iter().zip(&records).map(|(network, records)| judge(network, records)).collect()
-        })
-        .collect();
+    let lists: Vec<Vec<R>> = each_block(points.len(), |block| {
+        let block: Vec<Network> = points[block].iter().map(&decode).collect();
+        let records = dispatch(Run { block: &block, durations });
+        block.iter().zip(&records).map(|(network, records)| judge(network, records)).collect()
+    });
     lists.into_iter().flatten().collect()
 }
 

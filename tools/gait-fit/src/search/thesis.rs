@@ -239,12 +239,11 @@ impl Found {
         let pool = &self.pool;
         let mut costs = |points: &[Vec<f64>]| -> Vec<f64> {
             let points: Vec<Vec<f64>> = points.iter().map(all).collect();
-            let networks: Vec<Network> = points.iter().map(|point| decode(point)).collect();
             // In the widest vectors of the machine: no sum has a fused multiply-add, so the bits are the same in all of them.
             let judge = |network: &Network, records: &[Vec<Sample>; 3]| {
                 arch.dispatch(Judge { network, records, aim, turns: &turns })
             };
-            let costs = settle(&networks, DURATIONS, judge);
+            let costs = settle(&points, |point| decode(point), DURATIONS, judge);
             keep(&mut pool.lock().unwrap_or_else(std::sync::PoisonError::into_inner), points, &costs);
             costs
         };
