@@ -51,6 +51,9 @@ pub(crate) const XPSR_EXCEPTION: u32 = 0x1FF;
 /// The bits of xPSR that hold the state of an IT block.
 pub(crate) const XPSR_IT: u32 = 0x0600_FC00;
 
+/// `b .`
+pub(crate) const BRANCH_TO_SELF: u16 = 0xE7FE;
+
 /// Reason why the instruction at the program counter cannot execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trap {

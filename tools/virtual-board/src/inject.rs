@@ -27,8 +27,6 @@ use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
 use crate::script::{HIGHEST_LSI_HZ, Inject};
 
-/// `b .`
-pub(crate) const BRANCH_TO_SELF: u16 = 0xE7FE;
 /// `udf #0`
 pub(crate) const PERMANENTLY_UNDEFINED: u16 = 0xDE00;
 

@@ -21,8 +21,7 @@ use unicorn_engine::{
 };
 
 use crate::addresses::{FLASH, FLASH_SIZE};
-use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
-use crate::inject::BRANCH_TO_SELF;
+use crate::cpu::{BRANCH_TO_SELF, Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
 use crate::nvic::Masks;
 
 mod tracing;

@@ -3,7 +3,6 @@
 mod page;
 mod result_file;
 
-use gait_trace::Level;
 use joint_units::Joint;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -17,6 +16,7 @@ use crate::output::{check as check_output, write as write_file, write_text};
 use page::Entry;
 
 pub use result_file::MOST_BYTES;
+pub(crate) use result_file::warnings;
 
 const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
 
@@ -168,15 +168,6 @@ fn short(outcome: &Value) -> Value {
         "notes": outcome["notes"],
         "warnings": warnings(outcome),
     })
-}
-
-/// The warnings among the findings of a result.
-pub(crate) fn warnings(outcome: &Value) -> Vec<&str> {
-    let findings = outcome["findings"].as_array().into_iter().flatten();
-    findings
-        .filter(|finding| finding["level"] == Level::Warning.name())
-        .filter_map(|finding| finding["text"].as_str())
-        .collect()
 }
 
 /// A line of the table.

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{result_file, warnings};
+use super::result_file::{self, warnings};
 
 /// Title of the page, by which a summary is recognised, and its heading.
 const TITLES: [&str; 2] = ["fits", "Fits of a folder"];
