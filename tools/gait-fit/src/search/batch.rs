@@ -1,7 +1,7 @@
 //! Runs the blocks of a population on all threads of the pool, generation after generation.
 //!
 //! A generation takes some tenths of a millisecond, and a sleeping thread needs 20 to 50 microseconds to wake up. So a thread that has
-//! nothing to do looks for work for [`SPIN`] before it sleeps: the one that began the batch, until the others have done their blocks, and the
+//! nothing to do looks for work for 0.1 ms before it sleeps: the one that began the batch, until the others have done their blocks, and the
 //! others, until the next batch begins.
 
 use std::hint::spin_loop;
