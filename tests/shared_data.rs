@@ -33,6 +33,7 @@ const WHOLE: [&str; 15] = [
     "Rounds",
     // Never written.
     "Crc<u32>",
+    "Crc<u32, Tables>",
     "u32;",
 ];
 
