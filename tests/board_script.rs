@@ -110,8 +110,8 @@ fn a_torn_record_keeps_the_board_dark() {
         assert_eq!(pulses, NO_PULSES, "{what}");
         let [refused] = &ran.boots[1].refused[..] else { panic!("{what}: {:?}", ran.boots[1].refused) };
         assert_eq!(refused.subject, Subject::RobotRecord, "{what}: {}", refused.reason);
-        // An erase that was cut changes any word: that of kind and length too.
-        let is_torn = ["damaged", "unknown record kind"].iter().any(|words| refused.reason.contains(words));
+        // An erase that was cut changes any word: that of kind, schema and length too.
+        let is_torn = ["damaged", "unknown record kind", "schema"].iter().any(|words| refused.reason.contains(words));
         assert!(is_torn, "{what}: {}", refused.reason);
         report!("{what}: {}", refused.reason);
         let bytes = std::fs::read(&file).expect("the sector");

@@ -81,6 +81,16 @@ impl Rtt {
         let (write, read) = (until as usize, read as usize);
         if write > read { bytes[read..write].to_vec() } else { [&bytes[read..], &bytes[..write]].concat() }
     }
+
+    /// Empties the buffer, at a reset. The start-up code writes the fields word by word: a read between two of them would find bytes of the run before.
+    pub(crate) fn forget(&self, cpu: &mut impl Cpu) {
+        let mut magic = [0; 16];
+        if self.reading != RttReading::Nothing && cpu.read_memory(self.address, &mut magic) && &magic == MAGIC {
+            for offset in [WRITE, READ] {
+                cpu.write_ram(self.address + CHANNEL + offset, &[0; 4]);
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -145,6 +155,17 @@ mod tests {
         let mut ram = ram(1, 6);
         let read: Vec<Vec<u8>> = (0..4).map(|_| rtt.poll(&mut ram)).collect();
         assert_eq!(read, [&b"g"[..], b"h", b"a", b""]);
+    }
+
+    #[test]
+    fn a_read_while_the_program_initialises_the_block_again_finds_nothing_old() {
+        let rtt = Rtt { address: 16, mode: None, reading: RttReading::All };
+        let mut ram = ram(5, 2);
+        assert_eq!(rtt.poll(&mut ram), b"cde");
+        rtt.forget(&mut ram);
+        // Of its fields the program has written the first one.
+        ram.write_ram(16 + 36, &[0; 4]);
+        assert_eq!(rtt.poll(&mut ram), b"");
     }
 
     #[test]

@@ -477,6 +477,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
     fn carry_out_reset(&mut self, cause: ResetCause) -> Result<()> {
         // A debugger can read RAM during a reset: the last output of the program is not lost.
         self.drain_rtt();
+        if let Some(rtt) = self.rtt {
+            rtt.forget(&mut self.cpu);
+        }
         self.record_signals()?;
         let now = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
