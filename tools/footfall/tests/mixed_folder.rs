@@ -162,7 +162,7 @@ fn warnings_are_in_the_summary_of_a_folder() {
     for (name, lead) in [("late_leg.csv", 0.52), ("walk.csv", 0.0)] {
         std::fs::write(from.path().join(name), walk(8.0, 1.1, lead)).unwrap();
     }
-    for line in ["fitted: late_leg.csv, with 2 warnings", "known: late_leg.csv, with 2 warnings"] {
+    for line in ["fitted: late_leg.csv, 2 warnings", "known: late_leg.csv, 2 warnings"] {
         let words = said(&fit(from.path(), to.path(), &[]));
         assert!(words.contains(line) && words.contains(": walk.csv\n"), "{words}");
         assert!(words.contains("warning: 1 of the fitted recordings have warnings; "), "{words}");

@@ -55,6 +55,15 @@ pub fn warnings(findings: &[Finding]) -> Vec<String> {
     findings.iter().filter(|finding| finding.level() >= Level::Warning).map(ToString::to_string).collect()
 }
 
+/// A number of warnings at the end of a line; nothing for none.
+pub(crate) fn and_warnings(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        1 => ", 1 warning".into(),
+        more => format!(", {more} warnings"),
+    }
+}
+
 /// What `--strict` allows: notes, and no warning.
 ///
 /// # Errors

@@ -22,11 +22,7 @@ pub(super) fn check(path: &Path, job: &Job) -> (String, Result<String, Failure>)
                 return (report.0, Err(Failure::run(format!("{}: walks: no: {why}; {words}", path.display()))));
             }
             let (strides, period_s) = (fitted.strides.cycles().len(), fitted.period_s);
-            let warnings = match recording::warnings(&fitted.conditioned.findings).len() {
-                0 => String::new(),
-                1 => ", 1 warning".into(),
-                more => format!(", {more} warnings"),
-            };
+            let warnings = recording::and_warnings(recording::warnings(&fitted.conditioned.findings).len());
             let good =
                 format!("{}: good: `fit` takes it, {strides} strides of {period_s:.3} s{warnings}", path.display());
             (report.0, Ok(good))

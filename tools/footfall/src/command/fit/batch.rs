@@ -121,10 +121,10 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
         let in_lines = bar.is_hidden() || messages::says(Amount::Verbose);
         bar.suspend(|| match &end {
             Ok(End::Fitted(warnings)) if in_lines => {
-                messages::status(format_args!("fitted: {}{}", recording.name, with(*warnings)));
+                messages::status(format_args!("fitted: {}{}", recording.name, recording::and_warnings(*warnings)));
             }
             Ok(End::Known(warnings)) if in_lines => {
-                messages::status(format_args!("known: {}{}", recording.name, with(*warnings)));
+                messages::status(format_args!("known: {}{}", recording.name, recording::and_warnings(*warnings)));
             }
             Ok(End::NotUsed(why, _)) => messages::status(format_args!("{}: {why}", recording.name)),
             Ok(End::Failed(why)) => messages::status(format_args!("failed: {why}")),
@@ -136,15 +136,6 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
     let ends = pool.install(|| share.into_par_iter().map(one).collect());
     bar.finish_and_clear();
     ends
-}
-
-/// Words for a number of warnings; none for none.
-fn with(warnings: usize) -> String {
-    match warnings {
-        0 => String::new(),
-        1 => ", with 1 warning".into(),
-        more => format!(", with {more} warnings"),
-    }
 }
 
 fn count(ends: &[End], of: fn(&End) -> bool) -> usize {
