@@ -55,8 +55,9 @@ pub fn warnings(findings: &[Finding]) -> Vec<String> {
     findings.iter().filter(|finding| finding.level() >= Level::Warning).map(ToString::to_string).collect()
 }
 
-/// A number of warnings at the end of a line; nothing for none.
-pub(crate) fn and_warnings(count: usize) -> String {
+/// A number of warnings at the end of a line, with a comma before it; nothing for none.
+#[must_use]
+pub fn and_warnings(count: usize) -> String {
     match count {
         0 => String::new(),
         1 => ", 1 warning".into(),
