@@ -4,8 +4,8 @@
 use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
 use firmware::post_mortem::LOCKOUT_STREAK;
 use footfall::board::image::Image;
-use footfall::board::telemetry::record_in;
 use footfall_tests::board::Board;
+use footfall_tests::boot_log::BootLog;
 use footfall_tests::campaign::{self, head};
 use footfall_tests::recordings::default_volts_file;
 use joint_loop::store::robot_record;
@@ -14,7 +14,7 @@ use serde_json::Value;
 use std::fmt::Write as _;
 use std::process::ExitCode;
 use test_suite::{report, tests};
-use wire::{Boot, Record, Reset, Subject};
+use wire::{Reset, Subject};
 
 /// Boots without `FOOTFALL_BOOTS`.
 const SAMPLE: usize = 1_000;
@@ -139,32 +139,14 @@ impl Case<'_> {
         assert_eq!((&result["good"], &result["edges"]), (&Value::Bool(true), &Value::from(0)), "{name}: {result}");
         assert_eq!(result["drives_s"], serde_json::json!([]), "{name}");
         assert_eq!(result["resets"], serde_json::json!([self.cause.1.name()]), "{name}: one reset");
-        let (boots, refused) = log(&name, result["log"].as_str().expect("a log"), image);
-        let [boot] = &boots[..] else { panic!("{name}: {} boot records", boots.len()) };
+        let log = BootLog::read(result["log"].as_str().expect("a log"), image);
+        let [boot] = &log.boots[..] else { panic!("{name}: {} boot records", log.boots.len()) };
         assert_eq!((boot.reset, boot.streak), (self.cause.1, self.streak()), "{name}");
         let mut wanted: Vec<Subject> =
             (self.streak() >= LOCKOUT_STREAK).then_some(Subject::Arming).into_iter().collect();
         wanted.extend(self.damage.refused);
-        assert_eq!(refused, wanted, "{name}");
+        assert_eq!(log.refused, wanted, "{name}");
     }
-}
-
-/// Boot records and refusals of a log.
-fn log(name: &str, hex: &str, image: &Image) -> (Vec<Boot>, Vec<Subject>) {
-    let digits: Vec<u32> = hex.chars().map(|digit| digit.to_digit(16).expect("a digit")).collect();
-    let bytes: Vec<u8> = digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect();
-    let mut decoder = image.decoder();
-    decoder.push(&bytes);
-    let (mut boots, mut refused) = (Vec::new(), Vec::new());
-    while let Some(message) = decoder.message() {
-        let text = message.unwrap_or_else(|_| panic!("{name}: whole frames")).text;
-        match record_in(&text).map(|record| record.expect("a record")) {
-            Some(Record::Boot(boot)) => boots.push(boot),
-            Some(Record::Refused(one)) => refused.push(one.subject),
-            _ => {}
-        }
-    }
-    (boots, refused)
 }
 
 fn cases(damages: &[Damage]) -> Vec<Case<'_>> {

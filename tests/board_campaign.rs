@@ -1,18 +1,23 @@
 //! A sample of the campaign of faults (`cargo xtask campaign`): every fault in one state at one phase at least, which is asserted, each with its
 //! reaction in time, and no pulse beyond the limits of the robot.
 
+use firmware::post_mortem;
+use footfall::board::image::Image;
+use footfall_tests::boot_log::BootLog;
 use footfall_tests::campaign::{self, Outcome, faults_file, head, registers_file};
 use footfall_tests::limits::limit_ms;
 use joint_loop::tuning::{Action, Request};
 use joint_loop::{Cause, Direction, RobotConfig, SupervisorState};
 use joint_units::{Joint, PulseMicros};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
-use std::collections::BTreeSet;
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::ExitCode;
 use test_suite::{report, tests};
+use wire::Reset;
 
-/// One case of so many of each fault, at least one.
+/// One case of so many of each fault, at least one, without `FOOTFALL_EVERY`.
 const SAMPLE: &str = "61";
 /// The runs in which faults are injected.
 const RUNS: [&str; 3] = ["walk", "trim", "follower"];
@@ -30,6 +35,7 @@ fn main() -> ExitCode {
         a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
         a_wrong_reaction_at_rest_is_noticed(Image),
+        a_boot_that_says_another_end_is_noticed(Image),
         a_state_that_is_not_as_declared_ends_the_campaign(Image),
         pulses_that_no_hold_armed_are_noticed(Image),
     ])
@@ -120,8 +126,9 @@ fn assert_good(outcome: &Outcome) {
 fn a_sample_of_the_faults_leads_to_the_declared_reactions() {
     let mut cases = Vec::new();
     let mut faults = 0;
+    let every = std::env::var("FOOTFALL_EVERY").unwrap_or_else(|_| SAMPLE.to_owned());
     for run in RUNS {
-        let outcome = campaign::run(&faults_file(), run, &["--every", SAMPLE]);
+        let outcome = campaign::run(&faults_file(), run, &["--every", &every, "--boot-log"]);
         assert_good(&outcome);
         let end = outcome.end.expect("an end");
         report!("{run}: {} cases in {} s, none wrong", outcome.cases.len(), end["seconds"]);
@@ -140,6 +147,59 @@ fn a_sample_of_the_faults_leads_to_the_declared_reactions() {
     assert!(counts.iter().all(|(_, count)| *count >= 50), "{counts:?}");
     // Only bits of the memory have no declared reaction.
     assert!(cases.iter().all(|case| (case["pulses_alone"] == true) == (case["row"] == "static RAM")));
+    let wrong = wrong_boots(&cases);
+    assert_eq!(wrong, [""; 0], "{} boots", wrong.len());
+}
+
+/// Boots after resets that do not say in the log why: each needs a boot record with the cause that the virtual board gave to the reset, and an end of the
+/// run that the file allows.
+fn wrong_boots(cases: &[Value]) -> Vec<String> {
+    let image = Image::read(std::env::var_os("FOOTFALL_ELF").expect("FOOTFALL_ELF").as_ref()).expect("the image");
+    let mut ends: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    for case in cases.iter().filter(|case| !case["reset_us"].is_null()) {
+        let log = BootLog::read(case["log"].as_str().expect("a log"), &image);
+        let resets: Vec<&str> = case["resets"].as_array().expect("resets").iter().filter_map(Value::as_str).collect();
+        let end = log.end().unwrap_or("nothing").to_owned();
+        let is_the_last_reset = log.boots.first().is_none_or(|boot| Some(&boot.reset.name()) == resets.last());
+        // Only the pulses judge a bit of the memory.
+        let is_allowed = (case["pulses_alone"] == true && end != "nothing")
+            || case["allowed"].as_array().expect("words").iter().any(|word| word.as_str() == Some(&end));
+        if !(is_the_last_reset && is_allowed) {
+            wrong.push(format!(
+                "{}, {}, phase {}: resets {resets:?}, {log:?}",
+                case["name"], case["state"], case["phase"]
+            ));
+        }
+        let row = case["row"].as_str().expect("a row").to_owned();
+        *ends.entry((row, log.crash.unwrap_or(end))).or_default() += 1;
+    }
+    for ((row, end), count) in &ends {
+        report!("{row}: {end}: {count}");
+    }
+    report!("{} boots after a reset, {} of them do not say why", ends.values().sum::<usize>(), wrong.len());
+    wrong
+}
+
+/// A reset whose boot says something else than the file allows, and one after which nothing boots.
+fn a_boot_that_says_another_end_is_noticed() {
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    for (inject, boot, words) in [
+        ("\"panic\"", "panic", None),
+        ("\"panic\"", "stalled", Some("panic in")),
+        ("{ hang = \"control_step\" }", "iwdg", None),
+        ("{ hang = \"control_step\" }", "power_on", Some("IndependentWatchdog")),
+        ("\"crystal\"", "nothing", Some("clock_failure")),
+    ] {
+        let expect = format!("{{ reaction = \"reset\", boot = \"{boot}\", within_ms = 38 }}");
+        let fault = format!("[[fault]]\nname = \"a\"\ninject = {inject}\nstates = [\"walking\"]\nexpect = {expect}\n");
+        std::fs::write(file.path(), head() + &fault).expect("written");
+        let outcome = campaign::run(file.path(), "walk", &["--boot-log", "--every", "10"]);
+        assert_good(&outcome);
+        let wrong = wrong_boots(&outcome.cases);
+        let noticed = words.is_some_and(|words| wrong.len() == 2 && wrong.iter().all(|wrong| wrong.contains(words)));
+        assert!(noticed || (words.is_none() && wrong.is_empty()), "{inject}, {boot}: {wrong:?}");
+    }
 }
 
 /// Tasks and interrupts, at both ends of the watchdog's oscillator: the reset is inside the bound, and a board without a fault is not reset.
@@ -175,6 +235,10 @@ fn the_reader_of_the_campaign_knows_every_state_and_cause() {
     };
     assert_eq!(names("CAUSES"), Cause::ALL.map(Cause::name));
     assert_eq!(names("STATES"), SupervisorState::ALL.map(SupervisorState::name));
+    let crashes = post_mortem::Cause::ALL.map(post_mortem::Cause::name);
+    let resets = Reset::ALL.map(Reset::name);
+    let ends = crashes.into_iter().filter(|name| *name != "none").chain(resets).chain(["nothing"]);
+    assert_eq!(names("ENDS"), ends.collect::<Vec<_>>());
 }
 
 /// What the page says about the general registers of the core is run with the same states.
@@ -240,7 +304,10 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
         (fault("\"overrun\"", none).replace("us_per_s = [5555.7,", "us_per_s = [50.0,"), "us in 20.0 ms"),
         (fault("\"overrun\"", "reaction = \"off\", within_ms = 100"), "outputs off never"),
         (fault("\"panic\"", none), "allowed: none in 100 ms"),
-        (fault("{ hang = \"telemetry_step\" }", "reaction = \"reset\", within_ms = 2"), "allowed: reset in 2 ms"),
+        (
+            fault("{ hang = \"telemetry_step\" }", "reaction = \"reset\", boot = \"iwdg\", within_ms = 2"),
+            "allowed: reset in 2 ms",
+        ),
         // A stop by a ramp is not nothing, though the outputs are still on at the end.
         (fault("{ volts = { pin = \"PA1\", volts = 0.0 } }", none), "the board says stopping (sensor_open)"),
         // A supply that is too low is none of these causes.
@@ -253,10 +320,16 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
         // The model has no such bits.
         (fault("{ flip = { address = 0x4001_0030, mask = 0x10000 } }", none), "are as before"),
         (
-            fault("{ hang = \"control_step\" }", "reaction = \"reset\", within_ms = 38, decided_within_us = 10"),
+            fault(
+                "{ hang = \"control_step\" }",
+                "reaction = \"reset\", boot = \"iwdg\", within_ms = 38, decided_within_us = 10",
+            ),
             "supply or main output off after",
         ),
-        (fault("\"panic\"", "reaction = \"reset\", within_ms = 4, low_within_ms = 0.001"), "pulses end after"),
+        (
+            fault("\"panic\"", "reaction = \"reset\", boot = \"panic\", within_ms = 4, low_within_ms = 0.001"),
+            "pulses end after",
+        ),
     ] {
         std::fs::write(file.path(), text).expect("written");
         let outcome = campaign::run(file.path(), "walk", &[]);

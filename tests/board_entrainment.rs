@@ -33,7 +33,7 @@ fn main() -> ExitCode {
 
 const HIPS: [Joint; 2] = [Joint::LeftHip, Joint::RightHip];
 
-/// Names the number of starts, a multiple of 20; docs/evidence.md has the result of 1,000.
+/// Names the number of starts, a multiple of 20; docs/evidence.md has the result of 1,000. With it all steps of cadence are run too.
 const STARTS: &str = "FOOTFALL_STARTS";
 /// Starts if the variable does not exist.
 const FEW_STARTS: usize = 20;
@@ -178,13 +178,15 @@ fn one_hip_sensor_drives_four_joints() {
     }
 }
 
-/// Cadence steps from 1.1 to 0.9 s of stride at 12 phases of the stride, either hip: within 18 degrees and 3 % again in 1.5 s, and called
+/// Cadence steps from 1.1 to 0.9 s of stride at 12 phases of the stride, by default at 4, either hip: within 18 degrees and 3 % again in 1.5 s, and called
 /// locked all the while.
 fn a_step_of_cadence_is_followed() {
     let board = Board::find();
     let (step, end) = (6_000, 9_000);
     let person = default_loop(Joint::LeftHip, 12.0);
-    let jobs: Vec<(Joint, u32)> = HIPS.iter().flat_map(|hip| (0..12).map(|start| (*hip, start))).collect();
+    let every = if std::env::var_os(STARTS).is_some() { 1 } else { 3 };
+    let jobs: Vec<(Joint, u32)> =
+        HIPS.iter().flat_map(|hip| (0..12).step_by(every).map(|start| (*hip, start))).collect();
     let stride_s = |ms: usize| if ms < step { 1.1 } else { 0.9 };
     let relocks = all("steps of cadence", &jobs, |&(hip, start)| {
         let mut cycles = f64::from(start) / 12.0;

@@ -47,7 +47,7 @@ const PHASES: u32 = 24;
 /// Names how many of them a fault that lasts is tried at: a divisor of all; docs/sensor-faults.md has the result of all.
 const TRIED: &str = "FOOTFALL_PHASES";
 /// So many if the variable does not exist.
-const FEW: u32 = 8;
+const FEW: u32 = 6;
 
 /// Walking from here on: 2 s of ramp after the arming.
 const WALKING_S: f64 = ARMED_S + 2.05;

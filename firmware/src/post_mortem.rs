@@ -73,6 +73,19 @@ impl Cause {
             _ => None,
         }
     }
+
+    /// Every cause, in the order of the numbers.
+    pub const ALL: [Self; 9] = [
+        Self::None,
+        Self::Panic,
+        Self::HardFault,
+        Self::ClockFailure,
+        Self::NonMaskable,
+        Self::UnexpectedInterrupt,
+        Self::Stalled,
+        Self::Racing,
+        Self::StackOverflow,
+    ];
 }
 
 /// A crash record.
@@ -194,7 +207,8 @@ mod tests {
             let record = Record::new(cause, [word, !word], "src/tick.rs").with_streak(word);
             assert_eq!(Record::from_words(&record.to_words()), Some(record), "{}", cause.name());
         }
-        assert_eq!(causes, 9);
+        assert_eq!(causes, Cause::ALL.len());
+        assert!(Cause::ALL.into_iter().eq((0..16).filter_map(Cause::from_word)));
     }
 
     #[test]

@@ -12,6 +12,7 @@
 //! - [`pico`]: the image of the Raspberry Pi Pico on an emulator by others;
 //! - [`lockstep`]: a conversation that steps that board;
 //! - [`campaign`]: campaigns of faults on that board;
+//! - [`boot_log`]: what a boot of it says of the run before;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
 //! - [`gestures`]: how its button is pressed;
 //! - [`lamps`]: what its lamps show;
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod boot_log;
 pub mod campaign;
 pub mod chain;
 pub mod degraded;

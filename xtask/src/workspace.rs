@@ -221,22 +221,22 @@ impl Workspace {
 
     /// The program that measures images and source.
     pub(crate) fn audit(&self) -> Result<PathBuf> {
-        one_program(host_build("audit", &["audit"]))
+        one_program(with_the_wheel("audit", &["audit"]))
     }
 
     /// The program that counts the cost of each part of an image.
     pub(crate) fn board_cost(&self) -> Result<PathBuf> {
-        one_program(host_build("board-cost", &["board-cost"]))
+        one_program(with_the_wheel("board-cost", &["board-cost"]))
     }
 
     /// The command-line program.
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
-        one_program(host_build("footfall", &["footfall"]))
+        one_program(with_the_wheel("footfall", &["footfall"]))
     }
 
     /// The command-line program, and the one that measures it.
     pub(crate) fn footfall_and_host_bench(&self) -> Result<[PathBuf; 2]> {
-        let build = host_build("footfall and host-bench", &["footfall", "host-bench"]);
+        let build = with_the_wheel("footfall and host-bench", &["footfall", "host-bench"]);
         eprintln!("build: {}", build.label);
         let built: Vec<PathBuf> = progress::build(vec![build])?.into_iter().flatten().collect();
         <[PathBuf; 2]>::try_from(built)
@@ -270,6 +270,15 @@ fn host_build(label: &'static str, packages: &'static [&'static str]) -> Build {
         cargo.args(["--package", package]);
     }
     Build { label, cargo, executables: packages }
+}
+
+/// The same, which shares what it compiles with the wheel of the Python package: cargo gives a dependency the features that the chosen packages need
+/// together, and those of the wheel include those of these programs. Nothing of the Python package is built.
+fn with_the_wheel(label: &'static str, packages: &'static [&'static str]) -> Build {
+    let mut build = host_build(label, packages);
+    build.cargo.args(["--package", "footfall-python"]);
+    build.cargo.args(packages.iter().flat_map(|package| ["--bin", package]));
+    build
 }
 
 /// A build of one executable, announced by its name.

@@ -1,4 +1,4 @@
-//! Every file of the corpus, and thousands of damaged copies of each, through every reader: no panic, and whatever is read
+//! Every file of the corpus, and 150 damaged copies of each, through every reader: no panic, and whatever is read
 //! satisfies the guarantees of `RawJoints`. The same seeds, the same files, each time.
 
 #[path = "support/guarantees.rs"]
@@ -13,7 +13,7 @@ use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};
 
 /// Damaged copies of each file of the corpus.
-const COPIES: u64 = 300;
+const COPIES: u64 = 150;
 /// Damaged copies of each text export of a laboratory, in the long test.
 const EXPORT_COPIES: u64 = 30_000;
 

@@ -177,6 +177,9 @@ struct Cli {
     /// One case of N of the campaign
     #[arg(long, value_name = "N", requires = "campaign", default_value = "1")]
     every: std::num::NonZero<usize>,
+    /// A case with a reset goes on until the board has said why it booted; its line has that log, and what the file allows it to give
+    #[arg(long, requires = "campaign", conflicts_with = "several")]
+    boot_log: bool,
     /// Frequency of the low speed oscillator at power-on, which clocks the watchdog, Hz; 0: it does not oscillate
     #[arg(long, default_value_t = 32_000.0, value_parser = parse_lsi)]
     lsi_hz: f64,
@@ -477,6 +480,7 @@ fn run(cli: &Cli) -> Result<u8> {
             several: cli.several.map(|cases| Several { cases, seed: cli.seed }),
             every: cli.every.get(),
             jobs,
+            boot_log: cli.boot_log,
         };
         return run.campaign(&campaign, &plan);
     }

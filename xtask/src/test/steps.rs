@@ -90,7 +90,7 @@ pub(super) const STEPS: [Step; 27] = [
     },
     Step {
         name: "endurance",
-        claim: "72 h of ticks lose no stride and keep the rate",
+        claim: "after 72 h of ticks the phase is right to 0.001 rad",
         needs: &[],
         uses: &[],
         run: endurance,

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::reports::{CAUSES, Counter};
+use super::reports::{CAUSES, Counter, ENDS};
 use crate::script::Inject;
 
 /// What a fault must lead to.
@@ -25,6 +25,9 @@ pub(crate) struct Expected {
     /// The cause that the board must give for `off`, `fault` and `cause`: one of them.
     #[serde(rename = "cause", default, deserialize_with = "one_or_more")]
     pub(crate) causes: Vec<Cause>,
+    /// What the boot after a `reset` must give as the end of the run: one of these. Who reads its log judges it ([`crate::run::Plan::boot_log`]).
+    #[serde(rename = "boot", default, deserialize_with = "one_or_more")]
+    pub(crate) ends: Vec<End>,
     /// What the board must have counted by the end: without it nothing shows that the fault had an effect.
     pub(crate) counts: Option<Counter>,
 }
@@ -38,6 +41,7 @@ impl Expected {
         low_within_ms: None,
         high_ms: None,
         causes: Vec::new(),
+        ends: Vec::new(),
         counts: None,
     };
 
@@ -82,6 +86,11 @@ impl Expected {
                 limit.unwrap_or_default()
             );
         }
+        ensure!(
+            self.allows(Reaction::Reset) != self.ends.is_empty(),
+            "{}; allowed is one with the other: `reset` among the reactions, and `boot`, what the boot after it must give",
+            if self.ends.is_empty() { "`reset` without `boot`" } else { "`boot` without `reset`" }
+        );
         Ok(())
     }
 }
@@ -128,12 +137,25 @@ impl Cause {
 
 impl<'de> Deserialize<'de> for Cause {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(from)?;
-        let number = CAUSES.iter().position(|known| *known == name);
-        number
-            .map(|number| Self(number as u8))
-            .ok_or_else(|| serde::de::Error::custom(format!("`{name}` is no cause; allowed are {}", CAUSES.join(", "))))
+        place_of(from, &CAUSES, "cause").map(|place| Self(place as u8))
     }
+}
+
+/// What a boot gives as the end of the run before, by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub(crate) struct End(pub(crate) &'static str);
+
+impl<'de> Deserialize<'de> for End {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        place_of(from, &ENDS, "end of a run").map(|place| Self(ENDS[place]))
+    }
+}
+
+/// The place of a name in a list.
+fn place_of<'de, D: Deserializer<'de>>(from: D, names: &[&str], what: &str) -> Result<usize, D::Error> {
+    let name = String::deserialize(from)?;
+    let place = names.iter().position(|known| *known == name);
+    place.ok_or_else(|| serde::de::Error::custom(format!("`{name}` is no {what}; allowed are {}", names.join(", "))))
 }
 
 /// One word, or a list of them.

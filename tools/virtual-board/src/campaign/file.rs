@@ -190,7 +190,7 @@ mod tests {
         let fault = |inject: &str, state: &str, within: &str| {
             format!(
                 "{HEAD}[[fault]]\nname = \"a\"\ninject = {inject}\nstates = [\"{state}\"]\n\
-                 expect = {{ reaction = \"reset\", within_ms = {within} }}\n"
+                 expect = {{ reaction = \"reset\", boot = \"iwdg\", within_ms = {within} }}\n"
             )
         };
         assert!(parse(&fault("{ hang = \"control_step\" }", "walking", "40")).is_ok());
@@ -204,7 +204,22 @@ mod tests {
                 fault("\"crystal\"", "disarmed", "40").replace("\"reset\"", "[\"reset\", \"off\"]"),
                 "`off` cannot be seen in the state `disarmed`, whose outputs are off; add at_rest",
             ),
-            (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "\"fault\""), "whose outputs are on"),
+            (
+                fault("\"crystal\"", "walking", "40").replace("\"reset\", boot = \"iwdg\"", "\"fault\""),
+                "whose outputs are on",
+            ),
+            (
+                fault("\"crystal\"", "walking", "40").replace("boot = \"iwdg\", ", ""),
+                "fault `a`: `reset` without `boot`",
+            ),
+            (
+                fault("\"crystal\"", "walking", "40").replace("\"reset\"", "\"off\""),
+                "fault `a`: `boot` without `reset`",
+            ),
+            (
+                fault("\"crystal\"", "walking", "40").replace("iwdg", "dog"),
+                "`dog` is no end of a run; allowed are panic, hard_fault",
+            ),
             (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "[]"), "an empty list"),
             (fault("\"crystal\"", "walking", "40").replace("\"reset\"", "\"any\""), "unknown variant `any`"),
             (
@@ -236,7 +251,7 @@ mod tests {
             (
                 format!(
                     "{HEAD}[[exceptions]]\nname = \"e\"\nnumbers = [98]\nstates = []\n\
-                     expect = {{ reaction = \"reset\", within_ms = 1 }}\n"
+                     expect = {{ reaction = \"reset\", boot = \"iwdg\", within_ms = 1 }}\n"
                 ),
                 "fault `e, 98`: number is 98; allowed are 2 to 97",
             ),

@@ -9,7 +9,7 @@ mod several;
 mod stage;
 
 pub(crate) use driving::Driving;
-pub(crate) use fault::{Expected, Fault, Reaction};
+pub(crate) use fault::{End, Expected, Fault, Reaction};
 pub(crate) use file::Campaign;
 pub(crate) use reports::{FAULT, Reports, Status};
 pub(crate) use several::{Draw, Several};

@@ -57,6 +57,26 @@ pub(crate) const CAUSES: [&str; 32] = [
 pub(crate) const STATES: [&str; 8] =
     ["boot", "disarmed", "arming", "walking", "stopping", "fault", "trim_ready", "trimming"];
 
+/// What the next boot can give as the end of the run before, as in the log: the program's own record of it, or else the cause of the reset, or nothing.
+pub(crate) const ENDS: [&str; 16] = [
+    "panic",
+    "hard_fault",
+    "clock_failure",
+    "non_maskable",
+    "unexpected_interrupt",
+    "stalled",
+    "racing",
+    "stack_overflow",
+    "power_on",
+    "brown_out",
+    "iwdg",
+    "wwdg",
+    "software",
+    "low_power",
+    "pin",
+    "nothing",
+];
+
 /// Bits of the flags of a call: the tick was late, and a debugger is attached.
 const LATE: u16 = 1 << 1;
 const DEBUGGER: u16 = 1 << 9;

@@ -35,6 +35,8 @@ pub(crate) struct Plan<'a> {
     pub(crate) every: usize,
     /// Cases at a time.
     pub(crate) jobs: usize,
+    /// After a reset a case goes on until the board has said why, and its line has the log of that boot.
+    pub(crate) boot_log: bool,
 }
 
 impl Plan<'_> {
@@ -119,7 +121,7 @@ impl<W: Write> BoardRun<'_, W> {
                 match fork().map_err(|error| anyhow::anyhow!("cannot make a process: {error}"))? {
                     Fork::Parent(_) => pool.running += 1,
                     Fork::Child => {
-                        let good = self.case(campaign, &item, &state.name).unwrap_or_else(|error| {
+                        let good = self.case(campaign, &item, &state.name, plan.boot_log).unwrap_or_else(|error| {
                             eprintln!("virtual-board: {item:?}: {error:#}");
                             false
                         });

@@ -5,8 +5,8 @@ use std::io::Write;
 use anyhow::Result;
 use serde::Serialize;
 
-use super::BoardRun;
-use crate::campaign::{Campaign, Draw, Driving, Expected, FAULT, Fault, Reaction, Reports, Sequence, Status};
+use super::{BoardRun, PERIODIC_JOB_S};
+use crate::campaign::{Campaign, Draw, Driving, End, Expected, FAULT, Fault, Reaction, Reports, Sequence, Status};
 use crate::inject::{Injection, InjectionKind};
 use crate::plant::ButtonPress;
 use crate::report;
@@ -18,6 +18,9 @@ const PHASE_S: f64 = 1.05e-3;
 const AFTERWARDS_S: f64 = 0.06;
 /// Longest wait for the effect of a fault, such as the next call of a function, s.
 const EFFECT_S: f64 = 1.2;
+/// Longest wait for the first report of a boot, and what the log needs after it, s.
+const BOOT_S: f64 = 1.0;
+const LOG_S: f64 = 0.05;
 /// Watched after the last of several faults, s.
 const AFTER_SEVERAL_S: f64 = 0.3;
 
@@ -88,6 +91,20 @@ struct FaultTimes<'a> {
     decided_us: Option<f64>,
     /// From the effect to the end of the last pulse, us; null: they go on.
     low_us: Option<f64>,
+    /// What the boot after the reset says, if it is asked for.
+    #[serde(flatten)]
+    boot: Option<BootSays<'a>>,
+}
+
+/// The boot after a reset, for who can read its log.
+#[derive(Debug, Serialize)]
+struct BootSays<'a> {
+    /// Causes of the resets of the case: more than one if what the fault changed was still there.
+    resets: Vec<String>,
+    /// What the boot may give as the end of the run.
+    allowed: &'a [End],
+    /// The log since the last reset, as hexadecimal digits.
+    log: String,
 }
 
 /// What a sequence led to.
@@ -114,7 +131,7 @@ struct Drawn<'a> {
 
 impl<W: Write> BoardRun<'_, W> {
     /// One case; returns whether it is good.
-    pub(super) fn case(&mut self, campaign: &Campaign, item: &Item<'_>, state: &str) -> Result<bool> {
+    pub(super) fn case(&mut self, campaign: &Campaign, item: &Item<'_>, state: &str, boot_log: bool) -> Result<bool> {
         let outputs = self.output_state();
         let high_ms = match item {
             Item::Fault(fault, _) => fault.expected(outputs.armed).high_ms,
@@ -128,7 +145,10 @@ impl<W: Write> BoardRun<'_, W> {
         self.cpu.machine().plant.drop_presses_after(now);
         self.injections.retain(|injection| !injection.is_pending());
         let line = match item {
-            Item::Fault(fault, phase) => self.one_fault(fault, *phase),
+            Item::Fault(fault, phase) => {
+                self.log = boot_log.then(String::new);
+                self.one_fault(fault, *phase)
+            }
             Item::Sequence(sequence) => self.sequence(sequence),
             Item::Several(draw) => self.several(draw),
         };
@@ -153,7 +173,7 @@ impl<W: Write> BoardRun<'_, W> {
         let before = self.reports.status;
         self.reports.begin();
         let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
-        let place = self.injections.len();
+        let (place, resets) = (self.injections.len(), self.resets.len());
         self.inject_at(fault, at)?;
         let expected = fault.expected(armed);
         let mut until = at + EFFECT_S;
@@ -202,6 +222,13 @@ impl<W: Write> BoardRun<'_, W> {
         let has_counted = expected.counts.is_none_or(|counter| self.reports.count(counter) > 0);
         let uncounted = || (!has_counted).then(|| format!("the board did not count it: {:?}", expected.counts));
         let why = missed(expected, &outcome, self.reports.status).or_else(uncounted);
+        let says = self.reports.status.map(|status| status.to_string());
+        let log = if reaction.reset_us.is_some() { self.log_of_boot()? } else { None };
+        let boot = log.map(|log| BootSays {
+            resets: self.resets[resets..].iter().map(|reset| reset.cause.clone()).collect(),
+            allowed: &expected.ends,
+            log,
+        });
         Ok(Line {
             r#type: "case",
             name: Some(&fault.name),
@@ -211,16 +238,30 @@ impl<W: Write> BoardRun<'_, W> {
                 row: fault.row(),
                 outputs: armed,
                 reaction: seen,
-                says: self.reports.status.map(|status| status.to_string()),
+                says,
                 pulses_alone: expected.is_of_the_pulses_alone(),
                 cpu_ms: cpu_s().map(|seconds| report::micros(seconds * 1e6) * 1e-3),
                 off_us: first_of(reaction.low_us, reaction.rail_us),
                 reset_us: reaction.reset_us,
                 decided_us: first_of(reaction.disarmed_us, reaction.rail_us),
                 low_us: reaction.low_us,
+                boot,
             }),
             ..Line::default()
         })
+    }
+
+    /// What the boot after the last reset says; `None`: nobody asked for it.
+    fn log_of_boot(&mut self) -> Result<Option<String>> {
+        if self.log.is_some() {
+            let end = self.now_s() + BOOT_S;
+            while self.reports.status.is_none() && self.now_s() < end {
+                self.run_until(self.now_s() + PERIODIC_JOB_S)?;
+            }
+            self.run_until(self.now_s() + LOG_S)?;
+            self.drain_rtt();
+        }
+        Ok(self.log.take())
     }
 
     fn sequence<'a>(&mut self, sequence: &'a Sequence) -> Result<Line<'a>> {
