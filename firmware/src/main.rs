@@ -66,10 +66,10 @@ mod boot {
     use firmware::post_mortem::LOCKOUT_STREAK;
     use firmware::pulse_check::PulseCheck;
     use heapless::spsc::Queue;
-    use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
+    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_at};
     use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Cause, Conditions, Frame, SENSORS, Sample, SupervisorState};
-    use joint_units::{AdcCode, PulseMicros, Volts};
+    use joint_units::{AdcCode, PulseMicros};
     use static_cell::{ConstStaticCell, StaticCell};
     use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
@@ -278,7 +278,7 @@ mod boot {
         }
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
-        match place_loop(parameters, reference_cal, min_supply) {
+        match board_loop_at(LOOP.uninit(), parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
             Ok(joint_loop) => {
                 // Where the last pulses of the run before are not known, an arming starts at the park pose.
                 if let Some(last) = last_run.outputs {
@@ -293,16 +293,6 @@ mod boot {
             }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }
-    }
-
-    /// Builds the loop and puts it into its place. A function of its own, because the loop is large: it is on the stack only here.
-    #[inline(never)]
-    fn place_loop(
-        parameters: &'static Parameters,
-        reference_cal: AdcCode,
-        min_supply: Volts,
-    ) -> Result<&'static mut BoardLoop, BoardLoopError> {
-        board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED).map(|joint_loop| LOOP.init(joint_loop))
     }
 
     /// The one instance of a task.

@@ -66,7 +66,8 @@ impl core::fmt::Display for NoParameters {
 /// one with other contents is an error, because this board was set up for others.
 ///
 /// Each part is read by a function that is not inlined and written to its place at once: the parameters are large, and copies of them would
-/// take more of the stack than everything else.
+/// take more of the stack than everything else. This function is not inlined either: its copies would stay while the loop is built.
+#[inline(never)]
 pub(crate) fn read(place: &'static StaticCell<Parameters>) -> Result<Loaded, NoParameters> {
     let (robot_config, robot) = read_robot()?;
     let parameters = place.init(built_in(robot_config)?);

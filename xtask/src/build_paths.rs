@@ -49,8 +49,15 @@ fn packages() -> Result<Vec<PathBuf>> {
     }
     let entries = std::fs::read_dir(&source).with_context(|| format!("reading {}", source.display()))?;
     let mut folders: Vec<PathBuf> = entries.filter_map(Result::ok).map(|entry| entry.path()).collect();
+    folders.retain(|folder| is_of_a_registry(folder));
     folders.sort();
     Ok(folders)
+}
+
+/// Whether the folder is a registry's, which has the host in its name. The name of one that `cargo package` makes for packages of a workspace begins with
+/// `-`. Nothing is built for the board from there, and another option would make cargo compile everything again.
+fn is_of_a_registry(folder: &Path) -> bool {
+    folder.file_name().is_some_and(|name| !name.as_encoded_bytes().starts_with(b"-"))
 }
 
 #[cfg(test)]
@@ -63,6 +70,13 @@ mod tests {
         let encoded = Some(format!("-Clink-arg=a b{BETWEEN}-Dwarnings"));
         assert_eq!(users_flags(encoded, Some("-A".into())), ["-Clink-arg=a b", "-Dwarnings"]);
         assert!(users_flags(Some(String::new()), None).is_empty());
+    }
+
+    #[test]
+    fn what_cargo_package_unpacks_changes_no_option() {
+        for (name, wanted) in [("index.crates.io-1949cf8c6b5b557f", true), ("-3f6b5b557f194908", false)] {
+            assert_eq!(is_of_a_registry(&Path::new("/home/me/.cargo/registry/src").join(name)), wanted, "{name}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! the same inputs give the same bits.
 
 use core::fmt;
+use core::mem::MaybeUninit;
 
 use cpg_core::BuildError;
 use hgod_adc::{CalibrationError, ReferenceConfig, ReferenceError, Sensor, SensorError};
@@ -141,6 +142,27 @@ pub fn board_loop(
     min_supply: Volts,
     sensor_required: bool,
 ) -> Result<BoardLoop, BoardLoopError> {
+    board_loop_with(&board_config(parameters, sensor_required), parameters, vrefint_cal, min_supply)
+}
+
+/// [`board_loop`] in the place where the loop stays: it is large, and on the way from one place to another it would take its size of the stack again.
+///
+/// # Errors
+/// [`BoardLoopError`] names the part that is not allowed; nothing is written then.
+#[inline(never)]
+pub fn board_loop_at<'a>(
+    place: &'a mut MaybeUninit<BoardLoop>,
+    parameters: &Parameters,
+    vrefint_cal: AdcCode,
+    min_supply: Volts,
+    sensor_required: bool,
+) -> Result<&'a mut BoardLoop, BoardLoopError> {
+    let config = board_config(parameters, sensor_required);
+    Ok(place.write(board_loop_with(&config, parameters, vrefint_cal, min_supply)?))
+}
+
+/// The configuration of a board's loop.
+fn board_config(parameters: &Parameters, sensor_required: bool) -> LoopConfig {
     let mut config = LoopConfig::of(&parameters.robot);
     config.monitor.sensor_required = sensor_required;
     config.monitor.stop_test_required = true;
@@ -154,7 +176,7 @@ pub fn board_loop(
             f32::from(FOLLOWER_LOST_MS) / 1000.0
         };
     }
-    board_loop_with(&config, parameters, vrefint_cal, min_supply)
+    config
 }
 
 /// Builds the loop of a board with another loop configuration than that of its robot. `gait_sensor` is set to the channel that the generator follows,

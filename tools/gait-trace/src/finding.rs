@@ -219,13 +219,18 @@ impl Finding {
                 ..
             }) => Level::Note,
             FindingKind::HipSign(TakenHipSign {
-                why: HipSignReason::Knees | HipSignReason::Shape | HipSignReason::Converted(SignBasis::Turned),
+                why:
+                    HipSignReason::AskedAgain(_)
+                    | HipSignReason::Knees
+                    | HipSignReason::Shape
+                    | HipSignReason::Converted(SignBasis::Turned),
                 ..
             })
             | FindingKind::HipSign(TakenHipSign { doubt: Some(_), .. }) => Level::Warning,
-            FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Converted(SignBasis::Turned), .. }) => {
-                Level::Warning
-            }
+            FindingKind::KneeSign(TakenKneeSign {
+                why: KneeSignReason::AskedAgain(_) | KneeSignReason::Converted(SignBasis::Turned),
+                ..
+            }) => Level::Warning,
             // The angles of the knees do not show it: a guess that changes them.
             FindingKind::KneeSign(TakenKneeSign {
                 why: KneeSignReason::Shape,
@@ -429,7 +434,7 @@ impl fmt::Display for Finding {
 const fn converted(basis: SignBasis) -> &'static str {
     match basis {
         SignBasis::Named => "as requested of `footfall convert`",
-        SignBasis::Turned => "as `footfall convert` changed it, by the shape of the strides",
+        SignBasis::Turned => "as `footfall convert` changed it, which was a guess",
         SignBasis::Known | SignBasis::Shape | SignBasis::Assumed => "as `footfall convert` writes it",
     }
 }
@@ -444,8 +449,17 @@ fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> f
         KneeSignReason::OtherKnee => write!(f, "one sign for both knees, and the other one shows it)"),
         KneeSignReason::Shape => write!(f, "by the shape of the strides)"),
         KneeSignReason::Asked => write!(f, "as requested)"),
+        KneeSignReason::AskedAgain(basis) => write!(f, "{})", asked_again(basis)),
         KneeSignReason::Converted(basis) => write!(f, "{})", converted(basis)),
     }
+}
+
+/// An option that turns what a conversion has turned already, or what was right.
+fn asked_again(basis: SignBasis) -> String {
+    format!(
+        "as requested, but the file is a conversion, in which flexion is positive (`{}`); without the option that sign is kept",
+        basis.name()
+    )
 }
 
 /// The sign of a hip, why it was taken, and what speaks against it.
@@ -454,6 +468,7 @@ fn hip_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenHipSign) -> fmt
     write!(f, "{joint}: {} is positive in the file (", sign.name())?;
     match why {
         HipSignReason::Asked => f.write_str("as requested)"),
+        HipSignReason::AskedAgain(basis) => write!(f, "{})", asked_again(basis)),
         HipSignReason::Format(why) => write!(f, "{why})"),
         HipSignReason::Computed => f.write_str("computed from positions)"),
         HipSignReason::Knees => f.write_str(

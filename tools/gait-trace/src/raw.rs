@@ -43,7 +43,7 @@ pub enum SignBasis {
     Known,
     /// The shape of the strides shows it, and the sign is that of the file.
     Shape,
-    /// The sign of the file was changed, by the shape of the strides alone.
+    /// The sign of the file was changed, by the shape of the strides alone, or because the knees of the same positions bend to the other side.
     Turned,
     /// Nothing, or what contradicts itself: the sign of the file is assumed to be right.
     Assumed,
@@ -52,6 +52,11 @@ pub enum SignBasis {
 impl SignBasis {
     /// All, in order.
     pub const ALL: [Self; 5] = [Self::Named, Self::Known, Self::Shape, Self::Turned, Self::Assumed];
+
+    /// Whether somebody or something other than the gait says it.
+    pub(crate) const fn is_sure(self) -> bool {
+        matches!(self, Self::Named | Self::Known)
+    }
 
     /// Its word in the record of a conversion.
     #[must_use]

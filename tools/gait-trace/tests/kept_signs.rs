@@ -128,6 +128,28 @@ fn the_named_sign_of_small_knees_is_kept_in_a_conversion() {
     }
 }
 
+/// The option that was right for the file is given for its conversion once more, and turns the angles back.
+#[test]
+fn an_option_against_the_sign_of_a_conversion_is_a_warning() {
+    let option = |sign| Rules { hip_sign: Some(sign), knee_sign: Some(sign), ..Rules::default() };
+    let (flexion, extension) = (option(PositiveDirection::Flexion), option(PositiveDirection::Extension));
+    for (first, sure) in
+        [(done(&negated(negated(stiff_knees(), &HIPS), &KNEES), &extension), true), (plain(&stiff_knees()), false)]
+    {
+        assert_eq!(warnings(&first), [""; 0]);
+        for (name, format) in FORMATS {
+            let converted = read(name, &written(&first, format));
+            let again = done(&converted, &extension);
+            let knee = |out: &Conditioned| out.joint(Joint::LeftKnee).unwrap()[7];
+            assert_eq!(knee(&again), -knee(&first), "{name}");
+            let said = warnings(&again);
+            let words = "as requested, but the file is a conversion, in which flexion is positive (`named`)";
+            assert_eq!(said.iter().filter(|line| line.contains(words)).count(), if sure { 4 } else { 0 }, "{said:?}");
+            assert_eq!(warnings(&done(&converted, &flexion)), [""; 0], "{name}");
+        }
+    }
+}
+
 #[test]
 fn a_sign_that_was_changed_by_the_shape_is_a_warning_also_of_the_conversion() {
     for (raw, joints) in [(negated(walk(4.0, 100.0, 1.1, 0.1), &HIPS), HIPS), (negated(stiff_knees(), &KNEES), KNEES)] {
@@ -150,7 +172,7 @@ fn a_sign_that_was_changed_by_the_shape_is_a_warning_also_of_the_conversion() {
             assert_eq!(again.recording.channels(), first.recording.channels(), "{name}");
             let said = warnings(&again);
             let is_right = |line: &String| {
-                line.contains("as `footfall convert` changed it, by the shape of the strides); not changed")
+                line.contains("as `footfall convert` changed it, which was a guess); not changed")
                     && line.ends_with(&format!("`{option} flexion` confirms it, `{option} extension` changes it"))
             };
             assert!(said.len() == 2 && said.iter().all(is_right), "{name}: {said:?}");

@@ -17,8 +17,17 @@ use super::summary::{Outcome, Row};
 use crate::shell;
 
 /// The steps that run beside the others, in their usual order: the linker's optimisation, the emulator of the Pico and Python's tests have one thread.
-pub(super) const BESIDE: [&str; 8] =
-    ["images", "python-readers", "python", "cores-thumb", "example", "panic-free", "image-audit", "pico"];
+pub(super) const BESIDE: [&str; 9] = [
+    "images",
+    "cores-thumb",
+    "example",
+    "panic-free",
+    "image-audit",
+    "pico",
+    "python-readers",
+    "python",
+    "python-board",
+];
 
 /// The second process.
 pub(super) struct Beside {

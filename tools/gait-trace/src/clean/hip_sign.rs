@@ -13,6 +13,8 @@ use crate::raw::{SignBasis, SignSource};
 pub enum HipSignReason {
     /// The caller named it.
     Asked,
+    /// The caller named extension, for what `footfall convert` made flexion positive by this: probably for the file that was converted.
+    AskedAgain(SignBasis),
     /// The format defines it; with the reason.
     Format(&'static str),
     /// The angle was computed from positions.
@@ -29,7 +31,7 @@ impl HipSignReason {
     /// Whether it is reported where nothing speaks against it.
     pub(super) const fn is_said(self) -> bool {
         match self {
-            Self::Asked | Self::Knees | Self::Shape => true,
+            Self::Asked | Self::AskedAgain(_) | Self::Knees | Self::Shape => true,
             Self::Format(_) | Self::Computed => false,
             Self::Converted(basis) => matches!(basis, SignBasis::Turned),
         }
@@ -38,9 +40,9 @@ impl HipSignReason {
     /// What the sign rests on, in the angles that have been made flexion positive.
     pub(super) const fn basis(self) -> SignBasis {
         match self {
-            Self::Asked => SignBasis::Named,
-            Self::Format(_) | Self::Computed | Self::Knees => SignBasis::Known,
-            Self::Shape => SignBasis::Turned,
+            Self::Asked | Self::AskedAgain(_) => SignBasis::Named,
+            Self::Format(_) | Self::Computed => SignBasis::Known,
+            Self::Knees | Self::Shape => SignBasis::Turned,
             Self::Converted(basis) => basis,
         }
     }
@@ -114,6 +116,9 @@ pub(super) fn known(
 ) -> Option<(PositiveDirection, HipSignReason)> {
     use PositiveDirection::{Extension, Flexion};
     match (asked, source) {
+        (Some(Extension), SignSource::Converted(basis)) if basis.is_sure() => {
+            Some((Extension, HipSignReason::AskedAgain(basis)))
+        }
         (Some(sign), _) => Some((sign, HipSignReason::Asked)),
         (None, SignSource::Format(why)) => Some((Flexion, HipSignReason::Format(why))),
         (None, SignSource::Computed) if knees_extend => Some((Extension, HipSignReason::Knees)),

@@ -28,6 +28,8 @@ pub enum KneeSignReason {
     Shape,
     /// The caller named it.
     Asked,
+    /// The caller named extension, for what `footfall convert` made flexion positive by this: probably for the file that was converted.
+    AskedAgain(SignBasis),
     /// `footfall convert` made flexion positive, which rested on this.
     Converted(SignBasis),
 }
@@ -36,7 +38,7 @@ impl KneeSignReason {
     /// What the sign rests on, in the angles that have been made flexion positive.
     const fn basis(self, sign: PositiveDirection) -> SignBasis {
         match (self, sign) {
-            (Self::Asked, _) => SignBasis::Named,
+            (Self::Asked | Self::AskedAgain(_), _) => SignBasis::Named,
             (Self::Range | Self::OtherKnee, _) => SignBasis::Known,
             (Self::Shape, PositiveDirection::Flexion) => SignBasis::Shape,
             (Self::Shape, PositiveDirection::Extension) => SignBasis::Turned,
@@ -96,7 +98,15 @@ pub(super) fn decide(
         Some(Decision { sign, taken: TakenKneeSign { sign, why, least_deg, most_deg }, is_said })
     };
     if let Some(sign) = asked {
-        return Ok(all.map(|knee| decision(knee, sign, KneeSignReason::Asked, true)));
+        return Ok([0, 1].map(|n| {
+            let why = match sources[n] {
+                SignSource::Converted(basis) if basis.is_sure() && sign == PositiveDirection::Extension => {
+                    KneeSignReason::AskedAgain(basis)
+                }
+                _ => KneeSignReason::Asked,
+            };
+            decision(all[n], sign, why, true)
+        }));
     }
     let any_range = agreed(by_range);
     let pair = |n: usize| {

@@ -39,11 +39,11 @@ neither the shape nor the lead of the knee is then that of walking: give the opt
 the shape contradicts a sign that is known or named. Visual3D defines no sign: it is that of the model, and an angle may be negated there. Where
 positions are such that the knees bend to the other side, the hips are changed with them: left and right may be exchanged in the file.
 
-The sign of the knees is one decision for both: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond
+The sign of the knees is one decision for both that move: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond
 +25 that stays above -15 counts flexion as positive, and so do means beyond 25 degrees. Where the angles of neither knee decide, the shape of the
 strides does, with a warning if that changes the sign; where it is unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
 with their own. A sign that was changed is reported for each joint, with its angles and the reason. A joint that moves by less than 5 degrees shows no sign:
-that of its file is assumed, with a warning, unless it is known or named.
+that of its file is assumed, with a warning, unless it is known or named; so a stiff knee beside one whose sign is changed keeps its own.
 
 A column whose name counts extension as positive (`left_hip_extension_deg`) is read only where a map names it; the message has the map and the options of
 the signs.
@@ -56,8 +56,11 @@ goes by it:
 | `named` | an option named the sign | known: the sign is not changed |
 | `known` | the format or the positions say so, or the angles of the knees | known: the sign is not changed |
 | `shape` | the shape of the strides shows it, and nothing was changed | judged by the shape again |
-| `turned` | the shape of the strides showed the other sign, which was changed | not changed again, and a warning again; an option confirms it |
+| `turned` | the shape of the strides showed the other sign, which was changed; or the knees of the same markers bend to the other side | not changed again, and a warning again; an option confirms it |
 | `assumed` | nothing shows it | not known: judged again, and a warning again |
+
+An option names the sign of the file that is read, and in a conversion flexion is positive: `--hip-sign flexion` confirms that, and `--hip-sign extension`,
+which was right for the file before, turns the angles back, with a warning where the sign is `named` or `known`.
 
 Without that line nothing is known of the signs of such a file. A spreadsheet may save it again: a byte order mark and separators behind the lines are left out.
 

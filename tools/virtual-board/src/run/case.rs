@@ -178,6 +178,7 @@ impl<W: Write> BoardRun<'_, W> {
         let expected = fault.expected(armed);
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
+        let mut frames_before = 0;
         let mut said_s = None;
         let mut stood = 0;
         loop {
@@ -187,6 +188,7 @@ impl<W: Write> BoardRun<'_, W> {
             let reaction = self.injections[place].reaction(now);
             if let (false, Some(effect)) = (has_effect, reaction.effect_s) {
                 has_effect = true;
+                frames_before = self.reports.frames;
                 until = effect + expected.within_ms * 1e-3 + AFTERWARDS_S;
             }
             let says = says(&self.reports, before, expected);
@@ -221,7 +223,11 @@ impl<W: Write> BoardRun<'_, W> {
         let seen = outcome.seen();
         let has_counted = expected.counts.is_none_or(|counter| self.reports.count(counter) > 0);
         let uncounted = || (!has_counted).then(|| format!("the board did not count it: {:?}", expected.counts));
-        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted);
+        let is_silent = || {
+            let was_quiet = self.reports.frames == frames_before && seen == Some(Reaction::None);
+            was_quiet.then(|| "the board reports nothing any more".to_owned())
+        };
+        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted).or_else(is_silent);
         let says = self.reports.status.map(|status| status.to_string());
         let log = if reaction.reset_us.is_some() { self.log_of_boot()? } else { None };
         let boot = log.map(|log| BootSays {
