@@ -10,7 +10,8 @@ use crate::board::{Board, Drive};
 use crate::ratchet;
 use crate::shell;
 
-/// No reachable panic and no path of this computer, in every image. The analysis of panics also looks for one that is reachable on purpose.
+/// No reachable panic and no path of this computer, in every image. The analysis of panics also looks for one that is reachable on purpose. The unit
+/// tests of both programs that look at images run here.
 pub(super) fn image_audit(state: &State) -> Result<String> {
     let audit = state.workspace.audit()?;
     let mut images = vec![state.image()?.to_owned(), state.shadow()?.to_owned()];
@@ -20,8 +21,11 @@ pub(super) fn image_audit(state: &State) -> Result<String> {
     for task in ["panics", "paths"] {
         shell::must_succeed(shell::command(&audit).arg(task).args(&images), &format!("audit {task}"))?;
     }
-    passed(state, tests(state, &["--profile", "host", "--package", "audit"], &[])?)
+    passed(state, tests(state, &[&BOTH[..], &["--lib", "--bins"]].concat(), &[])?)
 }
+
+/// The programs that look at images: chosen together in both steps, their dependencies have the same features and are compiled once.
+const BOTH: [&str; 6] = ["--profile", "host", "--package", "audit", "--package", "board-cost"];
 
 /// Builds a copy of the source in another folder, and compares the bytes that are loaded.
 pub(super) fn same_bytes(state: &State) -> Result<String> {
@@ -66,7 +70,7 @@ pub(super) fn board_cost(state: &State) -> Result<String> {
         ("FOOTFALL_BIN", &footfall),
     ];
     let variables = variables.map(|(name, path)| (name, path.as_os_str()));
-    let tests = passed(state, tests(state, &["--profile", "host", "--package", "board-cost"], &variables)?)?;
+    let tests = passed(state, tests(state, &[&BOTH[..], &["--test", "image"]].concat(), &variables)?)?;
     let compared = bench::compare_instructions(&state.workspace, state.image()?, state.virtual_board()?, &footfall)?;
     eprintln!("board-cost: {compared}");
     Ok(format!("{tests}, {compared}"))
