@@ -1,5 +1,5 @@
 //! The default walk for days: `cargo run -p cpg-core --profile host --example endurance -- 72` steps 72 h of 1 ms ticks, prints
-//! stride counts, periods and the error of the phase, and fails when that is more than 0.001 rad.
+//! stride counts, periods and the error of the phase, and fails when that is more than 0.001 rad or a stride is lost.
 //!
 //! The error is against the clock of the ticks: how far that clock itself goes wrong, 20 ppm for a usual crystal, is not in it.
 

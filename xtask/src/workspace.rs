@@ -148,7 +148,7 @@ impl Workspace {
     pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive, commands: Commands) -> Result<Programs> {
         let features = features(board, drive);
         eprintln!("build: virtual-board and footfall, firmware for {features} (the first time takes minutes)");
-        let mut host = host_build("virtual-board and footfall", &["virtual-board", "footfall"]);
+        let mut host = host_build("virtual-board and footfall", &["virtual-board", "footfall"], &[]);
         if commands == Commands::Watch {
             host.cargo.arg("--no-default-features");
         }
@@ -216,27 +216,27 @@ impl Workspace {
 
     /// The program that runs an image without a board.
     pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
-        one_program(host_build("virtual-board", &["virtual-board"]))
+        one_program(host_build("virtual-board", &["virtual-board"], &[]))
     }
 
     /// The program that measures images and source.
     pub(crate) fn audit(&self) -> Result<PathBuf> {
-        one_program(with_the_wheel("audit", &["audit"]))
+        one_program(host_build("audit", &["audit"], &["board-cost"]))
     }
 
     /// The program that counts the cost of each part of an image.
     pub(crate) fn board_cost(&self) -> Result<PathBuf> {
-        one_program(with_the_wheel("board-cost", &["board-cost"]))
+        one_program(host_build("board-cost", &["board-cost"], &["audit"]))
     }
 
     /// The command-line program.
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
-        one_program(with_the_wheel("footfall", &["footfall"]))
+        one_program(host_build("footfall", &["footfall"], &[WHEEL]))
     }
 
     /// The command-line program, and the one that measures it.
     pub(crate) fn footfall_and_host_bench(&self) -> Result<[PathBuf; 2]> {
-        let build = with_the_wheel("footfall and host-bench", &["footfall", "host-bench"]);
+        let build = host_build("footfall and host-bench", &["footfall", "host-bench"], &[WHEEL]);
         eprintln!("build: {}", build.label);
         let built: Vec<PathBuf> = progress::build(vec![build])?.into_iter().flatten().collect();
         <[PathBuf; 2]>::try_from(built)
@@ -262,23 +262,17 @@ fn features(board: Board, drive: Drive) -> String {
     }
 }
 
-/// A build of programs for the host: packages with an executable of the same name.
-fn host_build(label: &'static str, packages: &'static [&'static str]) -> Build {
+/// The Python package, whose wheel needs every dependency of `footfall`, with the same features or more.
+const WHEEL: &str = "footfall-python";
+
+/// A build of programs for the host: packages with an executable of the same name. Cargo gives a dependency the features that the chosen packages need
+/// together, so with the packages `beside`, of which nothing is built, what is compiled here serves their builds too.
+fn host_build(label: &'static str, programs: &'static [&'static str], beside: &[&str]) -> Build {
     let mut cargo = shell::cargo();
     cargo.args(["build", "--profile", "host"]);
-    for package in packages {
-        cargo.args(["--package", package]);
-    }
-    Build { label, cargo, executables: packages }
-}
-
-/// The same, which shares what it compiles with the wheel of the Python package: cargo gives a dependency the features that the chosen packages need
-/// together, and those of the wheel include those of these programs. Nothing of the Python package is built.
-fn with_the_wheel(label: &'static str, packages: &'static [&'static str]) -> Build {
-    let mut build = host_build(label, packages);
-    build.cargo.args(["--package", "footfall-python"]);
-    build.cargo.args(packages.iter().flat_map(|package| ["--bin", package]));
-    build
+    cargo.args(programs.iter().chain(beside).flat_map(|package| ["--package", package]));
+    cargo.args(programs.iter().flat_map(|program| ["--bin", program]));
+    Build { label, cargo, executables: programs }
 }
 
 /// A build of one executable, announced by its name.

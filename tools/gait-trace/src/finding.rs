@@ -454,7 +454,7 @@ fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> f
     }
 }
 
-/// An option that turns what a conversion has turned already, or what was right.
+/// An option against the sign of a conversion.
 fn asked_again(basis: SignBasis) -> String {
     format!(
         "as requested, but the file is a conversion, in which flexion is positive (`{}`); without the option that sign is kept",

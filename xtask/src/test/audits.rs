@@ -24,7 +24,7 @@ pub(super) fn image_audit(state: &State) -> Result<String> {
     passed(state, tests(state, &[&BOTH[..], &["--lib", "--bins"]].concat(), &[])?)
 }
 
-/// The programs that look at images: chosen together in both steps, their dependencies have the same features and are compiled once.
+/// The programs that look at images. Their tests choose both, as their builds do, so that dependencies have the same features and are compiled once.
 const BOTH: [&str; 6] = ["--profile", "host", "--package", "audit", "--package", "board-cost"];
 
 /// Builds a copy of the source in another folder, and compares the bytes that are loaded.

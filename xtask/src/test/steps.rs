@@ -1,6 +1,7 @@
 //! The steps of `cargo xtask test`, in their order: cheap ones first.
 //!
-//! Nothing is compiled twice: all steps on the host share two profiles (`dev`, and `host` for programs that must be fast), no step sets `RUSTFLAGS`, and what is built for the board is kept for the later steps.
+//! Little is compiled twice: all steps on the host share two profiles (`dev`, and `host` for programs that must be fast), programs choose packages so that
+//! dependencies have the same features, no step sets `RUSTFLAGS`, and what is built for the board is kept for the later steps.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

@@ -13,7 +13,7 @@ use crate::raw::{SignBasis, SignSource};
 pub enum HipSignReason {
     /// The caller named it.
     Asked,
-    /// The caller named extension, for what `footfall convert` made flexion positive by this: probably for the file that was converted.
+    /// The caller named extension, but the file is a conversion, in which flexion is positive by this. The option was right for the file before.
     AskedAgain(SignBasis),
     /// The format defines it; with the reason.
     Format(&'static str),

@@ -28,7 +28,7 @@ pub enum KneeSignReason {
     Shape,
     /// The caller named it.
     Asked,
-    /// The caller named extension, for what `footfall convert` made flexion positive by this: probably for the file that was converted.
+    /// The caller named extension, but the file is a conversion, in which flexion is positive by this. The option was right for the file before.
     AskedAgain(SignBasis),
     /// `footfall convert` made flexion positive, which rested on this.
     Converted(SignBasis),

@@ -223,11 +223,9 @@ impl<W: Write> BoardRun<'_, W> {
         let seen = outcome.seen();
         let has_counted = expected.counts.is_none_or(|counter| self.reports.count(counter) > 0);
         let uncounted = || (!has_counted).then(|| format!("the board did not count it: {:?}", expected.counts));
-        let is_silent = || {
-            let was_quiet = self.reports.frames == frames_before && seen == Some(Reaction::None);
-            was_quiet.then(|| "the board reports nothing any more".to_owned())
-        };
-        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted).or_else(is_silent);
+        let is_silent = seen == Some(Reaction::None) && self.reports.frames == frames_before;
+        let silent = || is_silent.then(|| "the board reports nothing any more".to_owned());
+        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted).or_else(silent);
         let says = self.reports.status.map(|status| status.to_string());
         let log = if reaction.reset_us.is_some() { self.log_of_boot()? } else { None };
         let boot = log.map(|log| BootSays {
