@@ -1,4 +1,5 @@
-//! The thesis' genetic algorithm: 98,002 evaluations of 5 s of the four-joint network, Runge-Kutta at 1 ms and at 5 ms.
+//! The thesis' genetic algorithm: 98,002 evaluations of 5 s of the four-joint network, Runge-Kutta at 1 ms and at 5 ms. Most of its individuals
+//! equal a parent and are not simulated, so the same is measured with individuals of which each is simulated, a generation at a time.
 //!
 //! The floor is what the instructions of one network step take at the processor's peak: a loop of the same number of independent
 //! multiply-adds and additions, whose results are used. Twice a number can be a part of a multiply-add, or a sum more: the faster of both
@@ -18,8 +19,10 @@ const SECONDS: f64 = 5.0;
 /// Floating-point instructions of a step of as many individuals as a vector has lanes, multiply-adds counted once: 132 that multiply and 32
 /// additions, or 120 and 56, where the double of a number is a sum.
 const STEP_INSTRUCTIONS: [f64; 2] = [132.0 + 32.0, 120.0 + 56.0];
-/// Evaluations to which times are scaled.
+/// Individuals to which the time of simulating each is scaled.
 const EVALUATIONS: f64 = 1e5;
+/// New individuals of a generation.
+const GENERATION: usize = 98;
 /// Turns of kernel and floor in a run.
 const TURNS: usize = 10;
 
@@ -31,7 +34,7 @@ pub(crate) fn measure(extent: Extent) -> Value {
     let grids = [(1, Grid::FINE), (5, Grid::SEARCH)];
     let threads: Vec<usize> = [1, 2].into_iter().filter(|&n| n <= crate::search::cores()).collect();
     let batch = population(&genes);
-    let (mut kernels, mut searches, mut floors) = (vec![], vec![], vec![]);
+    let (mut kernels, mut everyone, mut searches, mut floors) = (vec![], vec![], vec![], vec![]);
     for (step_ms, grid) in grids {
         let steps = target.angles.len() * grid.steps_per_sample;
         let one = pool(1);
@@ -49,6 +52,18 @@ pub(crate) fn measure(extent: Extent) -> Value {
         }));
         for &count in &threads {
             let pool = pool(count);
+            let each: Vec<Times> = (0..extent.runs)
+                .map(|_| pool.install(|| every_individual(&genes, &target, grid, extent.generations)))
+                .collect();
+            let of = |number: fn(&Times) -> f64| rounded(median(each.iter().map(number)));
+            everyone.push(json!({
+                "step_ms": step_ms,
+                "threads": count,
+                "seconds": of(|times| times.seconds),
+                "processor_s": of(|times| times.processor_s),
+                "cores_busy": of(|times| times.processor_s / times.seconds),
+                "ns": rounded(median(each.iter().map(|times| times.seconds * 1e9 * count as f64 / (EVALUATIONS * steps as f64)))),
+            }));
             let runs: Vec<Run> = (0..extent.runs)
                 .map(|seed| pool.install(|| genetic(&genes, &target, grid, seed as u64, extent.generations)))
                 .collect();
@@ -57,11 +72,11 @@ pub(crate) fn measure(extent: Extent) -> Value {
                 "step_ms": step_ms,
                 "threads": count,
                 "evaluations": runs[0].evaluations,
-                "seconds": of(|run| run.seconds * EVALUATIONS / run.evaluations as f64),
-                "processor_s": of(|run| run.processor_s * EVALUATIONS / run.evaluations as f64),
-                "cores_busy": of(|run| run.processor_s / run.seconds),
-                "own_percent": of(|run| 100.0 * (1.0 - run.in_evaluations / run.seconds)),
-                "ns": rounded(median(runs.iter().map(|run| run.seconds * 1e9 * count as f64 / (run.evaluations * steps) as f64))),
+                "simulated": median(runs.iter().map(|run| run.simulated as f64)) as usize,
+                "seconds": of(|run| run.times.seconds),
+                "processor_s": of(|run| run.times.processor_s),
+                "cores_busy": of(|run| run.times.processor_s / run.times.seconds),
+                "own_s": of(|run| run.times.seconds - run.in_evaluations),
             }));
         }
     }
@@ -70,6 +85,7 @@ pub(crate) fn measure(extent: Extent) -> Value {
     json!({
         "floor_ns": rounded(median(floors)),
         "kernel": kernels,
+        "each_simulated": everyone,
         "search": searches,
         "plain_f64_ns": rounded(plain * 1e9),
     })
@@ -98,39 +114,69 @@ pub(crate) fn lanes() -> usize {
 
 /// Enough individuals for a few milliseconds.
 fn population(genes: &Genes) -> Vec<Network> {
+    points(640).iter().map(|point| genes.decode(point)).collect()
+}
+
+/// Different individuals.
+fn points(count: usize) -> Vec<Vec<f64>> {
     let mut random = Random::new(1);
-    let near = |random: &mut Random| -> Vec<f64> { (0..12).map(|_| 0.2 + 0.1 * random.unit()).collect() };
-    (0..640).map(|_| genes.decode(&near(&mut random))).collect()
+    (0..count).map(|_| (0..12).map(|_| 0.2 + 0.1 * random.unit()).collect()).collect()
+}
+
+/// Time by the clock, and of all cores.
+struct Times {
+    seconds: f64,
+    processor_s: f64,
+}
+
+/// Times of some work.
+fn times<R>(work: impl FnOnce() -> R) -> Times {
+    let before = processor::seconds();
+    let seconds = time(work);
+    let processor_s = before.zip(processor::seconds()).map_or(f64::NAN, |(before, after)| after - before);
+    Times { seconds, processor_s }
+}
+
+/// The way from genes to costs.
+fn costs(genes: &Genes, target: &Target, grid: Grid, points: &[Vec<f64>]) -> Vec<f64> {
+    let networks: Vec<Network> = points.iter().map(|point| genes.decode(point)).collect();
+    errors(&networks, target, grid, false).iter().map(|e| Objective::ANGLE.cost(e)).collect()
+}
+
+/// Times of [`EVALUATIONS`] individuals, of which each is simulated, a generation at a time.
+fn every_individual(genes: &Genes, target: &Target, grid: Grid, generations: usize) -> Times {
+    let points = points(GENERATION);
+    let all = || (0..generations).map(|_| costs(genes, target, grid, &points)[7]).sum::<f64>();
+    let Times { seconds, processor_s } = times(all);
+    let scale = EVALUATIONS / (generations * GENERATION) as f64;
+    Times { seconds: seconds * scale, processor_s: processor_s * scale }
 }
 
 /// One run of the algorithm.
 struct Run {
-    seconds: f64,
-    processor_s: f64,
+    times: Times,
     /// Seconds in the evaluation of populations.
     in_evaluations: f64,
     evaluations: usize,
+    /// Individuals that were simulated, because they equal no parent.
+    simulated: usize,
 }
 
 /// The thesis' algorithm without its pattern search.
 fn genetic(genes: &Genes, target: &Target, grid: Grid, seed: u64, generations: usize) -> Run {
     let mut in_evaluations = 0.0;
-    let mut costs = |points: &[Vec<f64>]| -> Vec<f64> {
-        // An evaluation is the way from genes to a cost.
+    let mut of = |points: &[Vec<f64>]| -> Vec<f64> {
         let began = Instant::now();
-        let networks: Vec<Network> = points.iter().map(|point| genes.decode(point)).collect();
-        let costs = errors(&networks, target, grid, false).iter().map(|e| Objective::ANGLE.cost(e)).collect();
+        let costs = costs(genes, target, grid, points);
         in_evaluations += began.elapsed().as_secs_f64();
         costs
     };
     let mut quiet = |_| ();
-    let mut evaluator = Evaluator::new(genes.count(), &mut costs, &mut quiet);
+    let mut evaluator = Evaluator::new(genes.count(), &mut of, &mut quiet);
     let ga = ThesisGa { hybrid: false, generations, ..ThesisGa::default() };
-    let before = processor::seconds();
-    let seconds = time(|| ga.run(&mut evaluator, &mut Random::new(seed)));
-    let processor_s = before.zip(processor::seconds()).map_or(f64::NAN, |(before, after)| after - before);
-    let evaluations = evaluator.evaluations();
-    Run { seconds, processor_s, in_evaluations, evaluations }
+    let times = times(|| ga.run(&mut evaluator, &mut Random::new(seed)));
+    let (evaluations, simulated) = (evaluator.evaluations(), evaluator.computed());
+    Run { times, in_evaluations, evaluations, simulated }
 }
 
 /// Nanoseconds of the instructions of one network step at the processor's peak, without dependencies and without memory access: the lesser

@@ -1,5 +1,7 @@
 //! Counts the evaluations of a search, keeps the best point, and ends the search at a budget or a goal.
 //!
+//! A point whose cost is known, because the search had the same point before, counts as an evaluation without being computed again.
+//!
 //! All searches use the unit box; the caller's decoding gives the coordinates their meaning.
 
 /// Progress of a search.
@@ -31,6 +33,7 @@ pub struct Evaluator<'a> {
     budget: usize,
     goal: f64,
     evaluations: usize,
+    computed: usize,
     best: Option<(Vec<f64>, f64)>,
     history: Vec<(usize, f64)>,
 }
@@ -43,7 +46,7 @@ impl<'a> Evaluator<'a> {
         progress: &'a mut dyn FnMut(Progress),
     ) -> Self {
         let (budget, goal) = (usize::MAX, 0.0);
-        Self { dimensions, of, progress, budget, goal, evaluations: 0, best: None, history: vec![] }
+        Self { dimensions, of, progress, budget, goal, evaluations: 0, computed: 0, best: None, history: vec![] }
     }
 
     /// Ends the search after this many evaluations; a started batch is completed.
@@ -68,11 +71,41 @@ impl<'a> Evaluator<'a> {
 
     /// Evaluates a batch.
     pub fn costs(&mut self, points: &[Vec<f64>]) -> Vec<f64> {
+        let costs = self.compute(points);
+        self.note(points, &costs);
+        costs
+    }
+
+    /// Evaluates a batch of which some costs are known, one place in `known` for each point: only the others are computed.
+    ///
+    /// ```
+    /// use gait_fit::search::Evaluator;
+    /// let mut bowl = |points: &[Vec<f64>]| points.iter().map(|x| (x[0] - 0.25).powi(2)).collect();
+    /// let mut quiet = |_| ();
+    /// let mut evaluator = Evaluator::new(1, &mut bowl, &mut quiet);
+    /// assert_eq!(evaluator.costs_beside(&[vec![0.5], vec![0.25]], &[Some(0.0625), None]), [0.0625, 0.0]);
+    /// assert_eq!((evaluator.evaluations(), evaluator.computed()), (2, 1));
+    /// ```
+    ///
+    /// # Panics
+    /// If `known` has another length than `points`.
+    pub fn costs_beside(&mut self, points: &[Vec<f64>], known: &[Option<f64>]) -> Vec<f64> {
+        assert_eq!(points.len(), known.len(), "a place for each point");
+        let unknown: Vec<Vec<f64>> =
+            points.iter().zip(known).filter(|(_, known)| known.is_none()).map(|(point, _)| point.clone()).collect();
+        let mut computed = if unknown.is_empty() { vec![] } else { self.compute(&unknown) }.into_iter();
+        let costs: Vec<f64> =
+            known.iter().map(|known| known.or_else(|| computed.next()).expect("a cost for each point")).collect();
+        self.note(points, &costs);
+        costs
+    }
+
+    fn compute(&mut self, points: &[Vec<f64>]) -> Vec<f64> {
+        self.computed += points.len();
         let mut costs = (self.of)(points);
         for cost in costs.iter_mut().filter(|cost| cost.is_nan()) {
             *cost = f64::INFINITY;
         }
-        self.note(points, &costs);
         costs
     }
 
@@ -99,6 +132,13 @@ impl<'a> Evaluator<'a> {
     #[must_use]
     pub fn evaluations(&self) -> usize {
         self.evaluations
+    }
+
+    /// Points whose cost the cost function computed: [`Self::evaluations`] without those whose cost was known, and without those of
+    /// residuals.
+    #[must_use]
+    pub fn computed(&self) -> usize {
+        self.computed
     }
 
     /// Lowest cost so far; +infinity before the first finite one.
