@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         wrong_limits_and_wrong_reactions_are_noticed(Image),
         a_wrong_reaction_at_rest_is_noticed(Image),
         a_boot_that_says_another_end_is_noticed(Image),
+        an_off_of_a_stop_is_not_its_own_end(),
         a_state_that_is_not_as_declared_ends_the_campaign(Image),
         pulses_that_no_hold_armed_are_noticed(Image),
     ])
@@ -384,10 +385,52 @@ fn a_wrong_reaction_at_rest_is_noticed() {
     }
 }
 
-/// A board that never arms would pass every case.
+/// An `off` of the state `stopping` comes before the outputs go off without a fault: 0.7 s after the state's time.
+fn an_off_of_a_stop_is_not_its_own_end() {
+    const MOST_MS: f64 = 600.0;
+    let number = |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    let has = |value: Option<&toml::Value>, word: &str| match value {
+        Some(toml::Value::Array(all)) => all.iter().any(|one| one.as_str() == Some(word)),
+        Some(one) => one.as_str() == Some(word),
+        None => false,
+    };
+    let mut looked_at = 0;
+    for (kind, list) in table() {
+        for one in list.as_array().into_iter().flatten() {
+            let Some(expect) = one.get("expect").filter(|expect| has(expect.get("reaction"), "off")) else { continue };
+            if has(one.get("states"), "stopping") {
+                let most = expect.get("within_ms").and_then(number);
+                assert!(most.is_some_and(|ms| ms <= MOST_MS), "{kind} {:?}: {most:?} ms", one.get("name"));
+                looked_at += 1;
+            }
+        }
+    }
+    assert!(looked_at > 20, "{looked_at}");
+}
+
+/// A board that never arms would pass every case, and in another state the cases are those of that state.
 fn a_state_that_is_not_as_declared_ends_the_campaign() {
     let text = std::fs::read_to_string(faults_file()).expect("the file");
     let file = tempfile::NamedTempFile::new().expect("a file");
+    // Without its press the board walks in `stopping`; with a late emergency stop `fault` is the rest after that press; a damaged request begins no
+    // trim.
+    for (run, with, without, says) in [
+        ("walk", ", { at_s = 4.8, hold_s = 0.1 }", "", "state `stopping` at 5.1 s: the board says `walking (none)`"),
+        (
+            "walk",
+            "{ at_s = 7.0, hold_s",
+            "{ at_s = 20.0, hold_s",
+            "state `fault` at 7.5 s: the board says `disarmed (button)`",
+        ),
+        ("trim", "040801fe05", "040801fe06", "state `trim ready` at 0.3 s: the board says `disarmed (none)`"),
+    ] {
+        let changed = text.replace(with, without);
+        assert_ne!(changed, text);
+        std::fs::write(file.path(), changed).expect("written");
+        let outcome = campaign::run(file.path(), run, &["--every", "1000"]);
+        assert_eq!(outcome.code, Some(2));
+        assert!(outcome.said.contains(says), "{}", outcome.said);
+    }
     // The board is not armed in it.
     let unarmed = text.replace("hold_s = 0.35", "hold_s = 0.1");
     assert_ne!(unarmed, text);

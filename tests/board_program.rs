@@ -23,7 +23,7 @@ fn main() -> ExitCode {
         an_image_without_a_seal_does_not_arm(Image),
         a_bit_that_changes_in_a_walk_stops_it_by_the_ramp(Image),
         another_chip_is_refused_in_words(Image, BlackPillImage),
-        neither_the_librarys_timer_driver_nor_its_sine_is_linked(Image, BlackPillImage),
+        neither_the_librarys_timer_driver_nor_its_sine_is_linked(ImageFiles),
     ])
 }
 

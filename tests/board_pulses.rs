@@ -143,9 +143,9 @@ fn a_reset_in_a_pulse_takes_the_supply_with_it() {
     let rails = format!("{}={}", BOARD.servo_rail, rail.display());
     let undisturbed = undisturbed(&board);
     let mut in_pulse = 0;
-    // Every 0.7 % of the oscillator's frequency is a twentieth of a frame.
-    for hz in (31_000..33_000).step_by(200) {
-        let hz = hz.to_string();
+    // The time from the last feed to the reset goes with the period of the oscillator: it covers a frame in steps of 1 ms.
+    for part in 0..20 {
+        let hz = (32_000.0 * 21.0 / (15.0 + f64::from(part))).round().to_string();
         let hang = "telemetry_step@2";
         let ran = board.run(walk_options(2.4, &["--hang", hang, "--lsi-hz", &hz, "--record-edges", &rails]));
         let [reset] = ran.end.resets.as_slice() else { panic!("{:?}", ran.end.resets) };
@@ -153,7 +153,8 @@ fn a_reset_in_a_pulse_takes_the_supply_with_it() {
         assert!(off.len() == 1 && off[0] <= reset.t_s + 1e-7, "reset at {} s, supply off at {off:?} s", reset.t_s);
         in_pulse += cut(&ran, &undisturbed).len();
     }
-    report!("10 resets by the watchdog cut {in_pulse} pulses; the supply was off with each");
+    assert!(in_pulse >= 1, "20 resets over a frame cut no pulse");
+    report!("20 resets by the watchdog over a frame cut {in_pulse} pulses; the supply was off with each");
 }
 
 /// The supply comes with the first pulse and goes after the last, and every pulse has it.

@@ -2,7 +2,8 @@
 //!
 //! A test is one of these, by the tokens of its file:
 //! - a function behind `#[test]` that is not ignored: it runs on the host;
-//! - a function in a list `tests![...]`: on the virtual board if it needs an image, otherwise on the host;
+//! - a function in a list `tests![...]`: on the virtual board if it needs an image to run, by what is linked if it needs images as files,
+//!   otherwise on the host;
 //! - the function of a step of `cargo xtask test`: a step that needs the virtual board runs there, one that needs the board's compiler alone
 //!   ends with the link.
 
@@ -109,10 +110,13 @@ fn listed(list: TokenStream, function: &str) -> Option<Place> {
     let tokens: Vec<TokenTree> = list.into_iter().collect();
     tokens.windows(2).find_map(|pair| match pair {
         [name, TokenTree::Group(needs)] if is(name, function) => {
-            let needs_image = needs.stream().into_iter().any(|need| {
-                ["Image", "ShadowImage", "NoSensorImage", "BlackPillImage"].iter().any(|name| is(&need, name))
-            });
-            Some(if needs_image { Place::VirtualBoard } else { Place::Host })
+            let needs_one_of =
+                |names: &[&str]| needs.stream().into_iter().any(|need| names.iter().any(|name| is(&need, name)));
+            Some(match needs_one_of(&["Image", "ShadowImage", "NoSensorImage", "BlackPillImage"]) {
+                true => Place::VirtualBoard,
+                false if needs_one_of(&["ImageFiles"]) => Place::Link,
+                false => Place::Host,
+            })
         }
         _ => None,
     })
@@ -142,7 +146,10 @@ fn group(token: &TokenTree) -> Option<TokenStream> {
 #[test]
 fn tests_differ_from_other_functions() {
     let file = r##"
-        fn main() { run(tests![on_the_board(Image), without_pulses(ShadowImage, Program), beside_it(Traces)]) }
+        fn main() {
+            run(tests![on_the_board(Image), without_pulses(ShadowImage, Program), beside_it(Traces), of_its_code(ImageFiles)])
+        }
+        fn of_its_code() {}
         fn on_the_board() {}
         fn without_pulses() {}
         fn beside_it() {}
@@ -169,6 +176,7 @@ fn tests_differ_from_other_functions() {
         ("on_the_board", Place::VirtualBoard),
         ("without_pulses", Place::VirtualBoard),
         ("beside_it", Place::Host),
+        ("of_its_code", Place::Link),
         ("plain", Place::Host),
         ("of_a_macro", Place::Host),
         ("link", Place::Link),

@@ -22,8 +22,8 @@ const READING: &str = "\
 ## How to read the table
 
 - **limit**: the longest time from the fault to the start of the reaction. A ramp to the park pose takes up to 304 ms more; then the pulses end.
-- **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them; *host* the computer that runs the tests; *virtual
-  board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
+- **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them, or a test that reads the names in the linked image;
+  *host* the computer that runs the tests; *virtual board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
 - **hardware**: shown with a board in the hand. *procedure* leads to one below that nobody has carried out yet.
 - **status**: *shown*: tests show detection and reaction, or that the effect does not come; *partly*: something is missing, which the
   [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied on. Each of these has a test or a bench procedure.

@@ -49,6 +49,8 @@ pub enum Need {
     NoSensorImage,
     /// The image of the Black Pill, and the virtual board.
     BlackPillImage,
+    /// The images of the Discovery and of the Black Pill as files, which the test only reads.
+    ImageFiles,
     /// The image of the Raspberry Pi Pico, Node.js, and the packages of `firmware-rp2040/emulator`.
     PicoImage,
     /// The host tool `footfall` as a program.
@@ -68,9 +70,12 @@ impl Need {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Image | Self::ShadowImage | Self::NoSensorImage | Self::BlackPillImage | Self::Program => {
-                "virtual-board"
-            }
+            Self::Image
+            | Self::ShadowImage
+            | Self::NoSensorImage
+            | Self::BlackPillImage
+            | Self::ImageFiles
+            | Self::Program => "virtual-board",
             Self::Traces | Self::Wild => "traces",
             Self::PicoImage => "node",
             Self::Terminal => "terminal",
@@ -86,6 +91,7 @@ impl Need {
             Self::ShadowImage => &[SHADOW_ELF, VIRTUAL_BOARD],
             Self::NoSensorImage => &[NO_SENSOR_ELF, VIRTUAL_BOARD],
             Self::BlackPillImage => &[BLACK_PILL_ELF, VIRTUAL_BOARD],
+            Self::ImageFiles => &[ELF, BLACK_PILL_ELF],
             Self::PicoImage => &[PICO_ELF, PICO_UF2],
             Self::Program => &[PROGRAM],
             Self::Python => &[PYTHON],

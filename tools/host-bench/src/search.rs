@@ -73,10 +73,8 @@ pub(crate) fn measure(extent: Extent) -> Value {
                 "threads": count,
                 "evaluations": runs[0].evaluations,
                 "simulated": median(runs.iter().map(|run| run.simulated as f64)) as usize,
-                "seconds": of(|run| run.times.seconds),
-                "processor_s": of(|run| run.times.processor_s),
-                "cores_busy": of(|run| run.times.processor_s / run.times.seconds),
-                "own_s": of(|run| run.times.seconds - run.in_evaluations),
+                "seconds": of(|run| run.seconds),
+                "own_s": of(|run| run.seconds - run.in_evaluations),
             }));
         }
     }
@@ -143,7 +141,7 @@ fn costs(genes: &Genes, target: &Target, grid: Grid, points: &[Vec<f64>]) -> Vec
     errors(&networks, target, grid, false).iter().map(|e| Objective::ANGLE.cost(e)).collect()
 }
 
-/// Times of [`EVALUATIONS`] individuals, of which each is simulated, a generation at a time.
+/// Times of [`EVALUATIONS`] individuals, of which each is simulated: a generation again and again.
 fn every_individual(genes: &Genes, target: &Target, grid: Grid, generations: usize) -> Times {
     let points = points(GENERATION);
     let all = || (0..generations).map(|_| costs(genes, target, grid, &points)[7]).sum::<f64>();
@@ -154,7 +152,7 @@ fn every_individual(genes: &Genes, target: &Target, grid: Grid, generations: usi
 
 /// One run of the algorithm.
 struct Run {
-    times: Times,
+    seconds: f64,
     /// Seconds in the evaluation of populations.
     in_evaluations: f64,
     evaluations: usize,
@@ -174,9 +172,9 @@ fn genetic(genes: &Genes, target: &Target, grid: Grid, seed: u64, generations: u
     let mut quiet = |_| ();
     let mut evaluator = Evaluator::new(genes.count(), &mut of, &mut quiet);
     let ga = ThesisGa { hybrid: false, generations, ..ThesisGa::default() };
-    let times = times(|| ga.run(&mut evaluator, &mut Random::new(seed)));
+    let seconds = time(|| ga.run(&mut evaluator, &mut Random::new(seed)));
     let (evaluations, simulated) = (evaluator.evaluations(), evaluator.computed());
-    Run { times, in_evaluations, evaluations, simulated }
+    Run { seconds, in_evaluations, evaluations, simulated }
 }
 
 /// Nanoseconds of the instructions of one network step at the processor's peak, without dependencies and without memory access: the lesser

@@ -133,8 +133,8 @@ mod tests {
     use crate::script::Inject;
 
     const HEAD: &str = "phases = 2\n[limits]\nleast_us = [523, 523, 523, 523]\nmost_us = [2400, 2400, 2400, 2400]\nus_per_s = [1e3, 1e3, 1e3, 1e3]\npark_us = [1500, 1500, 1500, 1500]\n\
-                        [[run]]\nname = \"walk\"\nstate = [{ name = \"walking\", at_s = 3, outputs = true }, \
-                        { name = \"disarmed\", at_s = 0.2, outputs = false }]\nserial = [{ at_s = 0.1, bytes = \"0aff\" }]\n";
+                        [[run]]\nname = \"walk\"\nstate = [{ name = \"walking\", at_s = 3, outputs = true, says = \"walking (none)\" }, \
+                        { name = \"disarmed\", at_s = 0.2, outputs = false, says = \"disarmed (none)\" }]\nserial = [{ at_s = 0.1, bytes = \"0aff\" }]\n";
 
     fn parse(text: &str) -> Result<Campaign> {
         Campaign::parse(text, |symbol| match symbol {

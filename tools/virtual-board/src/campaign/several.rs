@@ -63,7 +63,7 @@ mod tests {
     fn a_case_is_that_of_its_seed() {
         let campaign = Campaign::parse(
             "phases = 1\n[limits]\nleast_us = [0, 0, 0, 0]\nmost_us = [9, 9, 9, 9]\nus_per_s = [1, 1, 1, 1]\npark_us = [9, 9, 9, 9]\n\
-             [[run]]\nname = \"a\"\nstate = [{ name = \"x\", at_s = 1, outputs = true }, { name = \"y\", at_s = 2, outputs = true }]\n\
+             [[run]]\nname = \"a\"\nstate = [{ name = \"x\", at_s = 1, outputs = true, says = \"x (none)\" }, { name = \"y\", at_s = 2, outputs = true, says = \"y (none)\" }]\n\
              [[register]]\nname = \"r\"\naddress = 0\nbits = [0, 1, 2, 3, 4, 5, 6, 7]\nstates = [\"y\", \"x\"]\n\
              expect = { reaction = \"none\", within_ms = 1 }\n\
              [[fault]]\nname = \"x alone\"\ninject = \"panic\"\nstates = [\"x\"]\nexpect = { reaction = \"none\", within_ms = 1 }\n",

@@ -37,6 +37,8 @@ pub(crate) struct State {
     pub(crate) at_s: f64,
     /// Whether the outputs are on in it; a run in which they are not as stated is an error.
     pub(crate) outputs: bool,
+    /// State and cause that the board reports in it, such as `walking (none)`; a run in which it reports another one is an error.
+    pub(crate) says: String,
 }
 
 /// A press of a button.

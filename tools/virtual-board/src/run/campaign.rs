@@ -114,6 +114,14 @@ impl<W: Write> BoardRun<'_, W> {
                 on_or_off(armed),
                 on_or_off(state.outputs)
             );
+            let says = self.reports.status.map_or_else(|| "nothing".to_owned(), |status| status.to_string());
+            ensure!(
+                says == state.says,
+                "state `{}` at {} s: the board says `{says}`, the file says `{}`; change the times of the gestures, or `says`",
+                state.name,
+                state.at_s,
+                state.says
+            );
             pool.count_boot(before_s.zip(cpu_s()).map(|(before, now)| now - before));
             while let Some((_, item)) = items.next_if(|(at, _)| *at == number) {
                 pool.wait_for_slot()?;

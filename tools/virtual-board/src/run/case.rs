@@ -179,7 +179,10 @@ impl<W: Write> BoardRun<'_, W> {
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
         let mut frames_before = 0;
+        let mut edges_before = Vec::new();
+        let mut fault_ends_s = at;
         let mut said_s = None;
+        let mut decided_s = None;
         let mut stood = 0;
         loop {
             self.pause_s = until;
@@ -189,6 +192,9 @@ impl<W: Write> BoardRun<'_, W> {
             if let (false, Some(effect)) = (has_effect, reaction.effect_s) {
                 has_effect = true;
                 frames_before = self.reports.frames;
+                edges_before = self.edges_of_servos();
+                let lasts_ms = fault.for_ms.filter(|_| fault.inject.can_end());
+                fault_ends_s = effect + lasts_ms.unwrap_or_default() * 1e-3;
                 until = effect + expected.within_ms * 1e-3 + AFTERWARDS_S;
             }
             let says = says(&self.reports, before, expected);
@@ -205,7 +211,12 @@ impl<W: Write> BoardRun<'_, W> {
                 _ => false,
             };
             if is_decided {
-                until = until.min(now + AFTERWARDS_S);
+                let decided = *decided_s.get_or_insert(now);
+                // A chip that is held in reset boots at the end of the fault.
+                until = match reaction.reset_us {
+                    Some(_) => f64::max(decided, fault_ends_s) + AFTERWARDS_S,
+                    None => until.min(decided + AFTERWARDS_S),
+                };
             }
             if now >= until {
                 break;
@@ -225,7 +236,13 @@ impl<W: Write> BoardRun<'_, W> {
         let uncounted = || (!has_counted).then(|| format!("the board did not count it: {:?}", expected.counts));
         let is_silent = seen == Some(Reaction::None) && self.reports.frames == frames_before;
         let silent = || is_silent.then(|| "the board reports nothing any more".to_owned());
-        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted).or_else(silent);
+        let stands = || {
+            let mut edges = edges_before.iter().zip(self.edges_of_servos());
+            let servo =
+                edges.position(|(before, now)| *before == now).filter(|_| armed && seen == Some(Reaction::None))?;
+            Some(format!("servo {} gets no pulses any more", servo + 1))
+        };
+        let why = missed(expected, &outcome, self.reports.status).or_else(uncounted).or_else(silent).or_else(stands);
         let says = self.reports.status.map(|status| status.to_string());
         let log = if reaction.reset_us.is_some() { self.log_of_boot()? } else { None };
         let boot = log.map(|log| BootSays {
@@ -335,9 +352,14 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Edges of the servo pins so far.
     fn servo_edges(&self) -> u64 {
+        self.edges_of_servos().iter().sum()
+    }
+
+    /// The same of each.
+    fn edges_of_servos(&self) -> Vec<u64> {
         let board = self.cpu.machine();
         let pulses = &board.plant.pulses;
-        pulses.servos().iter().filter_map(|pin| pulses.edges().get(pin)).sum()
+        pulses.servos().iter().map(|pin| pulses.edges().get(pin).copied().unwrap_or_default()).collect()
     }
 }
 
