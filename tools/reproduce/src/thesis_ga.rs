@@ -347,6 +347,42 @@ mod tests {
         assert!(equal > 200 && new > 200, "{equal} {new}");
     }
 
+    /// A search that computes every cost finds the same, at the same evaluations.
+    #[test]
+    fn known_costs_change_no_search() {
+        let cost =
+            |genes: &[f64]| genes.iter().enumerate().map(|(gene, x)| (x - 0.07 * gene as f64).powi(2)).sum::<f64>();
+        let ga = ThesisGa { generations: 60, hybrid: false, ..ThesisGa::default() };
+        let (mut of, mut quiet) = (|points: &[Vec<f64>]| points.iter().map(|point| cost(point)).collect(), |_| ());
+        let mut evaluator = Evaluator::new(12, &mut of, &mut quiet);
+        ga.run(&mut evaluator, &mut Random::new(9));
+
+        let mut random = Random::new(9);
+        let mut points: Vec<Vec<f64>> = (0..ga.population).map(|_| random.point(12)).collect();
+        let (others, crossed) = (ga.population - ga.elite, 97);
+        let selection = Selection::of(ga.population, 2 * crossed + others - crossed);
+        let (mut order, mut parents, mut history, mut evaluations) = (vec![], vec![], Vec::<(usize, f64)>::new(), 0);
+        for generation in 0..ga.generations {
+            let costs: Vec<f64> = points.iter().map(|point| cost(point)).collect();
+            for &cost in &costs[if generation == 0 { 0 } else { ga.elite }..] {
+                evaluations += 1;
+                if history.last().is_none_or(|best| cost < best.1) {
+                    history.push((evaluations, cost));
+                }
+            }
+            best_first(&costs, &mut order);
+            selection.choose(&order, &mut random, &mut parents);
+            let mut next: Vec<Vec<f64>> = order[..ga.elite].iter().map(|&index| points[index].clone()).collect();
+            let mut children = vec![vec![0.0; 12]; others];
+            ga.fill(&mut children, &points, &parents, crossed, &mut random);
+            next.append(&mut children);
+            points = next;
+        }
+        assert_eq!(evaluator.history(), history);
+        assert_eq!(evaluator.evaluations(), evaluations);
+        assert!(evaluator.computed() < evaluations / 3, "{} of {evaluations}", evaluator.computed());
+    }
+
     #[test]
     fn a_child_has_one_run_of_genes_of_its_second_parent() {
         let (mut random, mut lengths, mut child) = (Random::new(1), [0; 13], [0.5; 12]);
