@@ -112,10 +112,12 @@ fn listed(list: TokenStream, function: &str) -> Option<Place> {
         [name, TokenTree::Group(needs)] if is(name, function) => {
             let needs_one_of =
                 |names: &[&str]| needs.stream().into_iter().any(|need| names.iter().any(|name| is(&need, name)));
-            Some(match needs_one_of(&["Image", "ShadowImage", "NoSensorImage", "BlackPillImage"]) {
-                true => Place::VirtualBoard,
-                false if needs_one_of(&["ImageFiles"]) => Place::Link,
-                false => Place::Host,
+            Some(if needs_one_of(&["Image", "ShadowImage", "NoSensorImage", "BlackPillImage"]) {
+                Place::VirtualBoard
+            } else if needs_one_of(&["ImageFiles"]) {
+                Place::Link
+            } else {
+                Place::Host
             })
         }
         _ => None,
