@@ -6,8 +6,6 @@
 
 use cpg_core::entrainment::Lock;
 use cpg_core::waveform::shape::Shape;
-use footfall::command::entrain::run;
-use footfall::command::entrain::run::Tick;
 use footfall_tests::board::Board;
 use footfall_tests::chain::{self, FREE_S, all};
 use footfall_tests::degraded::Random;
@@ -15,6 +13,8 @@ use footfall_tests::people::{PEOPLE, Person, default_loop, people};
 use footfall_tests::recordings::csv_files;
 use footfall_tests::statistics::median;
 use footfall_tests::swings::{Top, phantoms, range_deg, standing, tops};
+use gait_fit::following::run;
+use gait_fit::following::run::Tick;
 use gait_trace::format::csv_file;
 use joint_units::{Joint, Phase};
 use std::f64::consts::TAU;

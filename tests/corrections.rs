@@ -2,13 +2,13 @@
 //! those of the recording.
 
 use cpg_core::entrainment::{Corrections, Follower};
-use footfall::command::entrain::corrected::corrected;
 use footfall::command::entrain::entrain;
-use footfall::command::entrain::run::{self, Holes, Tick};
 use footfall_tests::degraded::{self, Series};
 use footfall_tests::people::{PEOPLE, Person, people_of};
 use footfall_tests::statistics::rms;
 use gait_fit::corrections::{JointOutcome, Learned, Recorded, learn};
+use gait_fit::following::corrected::corrected;
+use gait_fit::following::run::{self, Holes, Tick};
 use gait_trace::format::csv_file;
 use joint_units::Joint;
 use std::process::ExitCode;

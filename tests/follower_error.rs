@@ -4,12 +4,12 @@
 //! variable some of them.
 
 use cpg_core::entrainment::FollowerConfig;
-use footfall::command::entrain::corrected::corrected;
 use footfall::command::entrain::entrain;
-use footfall::command::entrain::possible::{Comparison, Possible};
-use footfall::command::entrain::run::{Holes, judge, run};
 use footfall_tests::people::people_of;
 use footfall_tests::workspace::read;
+use gait_fit::following::corrected::corrected;
+use gait_fit::following::possible::{Comparison, Possible};
+use gait_fit::following::run::{Holes, judge, run};
 use gait_trace::format::csv_file;
 use joint_units::{Joint, Period, Radians};
 use std::process::ExitCode;

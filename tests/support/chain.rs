@@ -10,7 +10,7 @@ use crate::gestures;
 use cpg_core::Generator;
 use firmware::board::GENERATOR_SECTOR;
 use footfall::board::default_loop::{SENSOR_PIN, wired_sensor};
-use footfall::command::entrain::run::Tick;
+use gait_fit::following::run::Tick;
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Quantity, Recording};
 use joint_loop::setup::default_loop::Parameters;

@@ -4,7 +4,7 @@
 //! make within 0.4 s. A pause is 1 s and longer within 12 degrees, standing.
 
 use cpg_core::entrainment::phase_lock::Template;
-use footfall::command::entrain::learn::angle_deg;
+use gait_fit::following::learn::angle_deg;
 
 /// A top of a series: its tick, and its height.
 pub type Top = (usize, f64);

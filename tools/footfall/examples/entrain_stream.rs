@@ -7,7 +7,8 @@
 //! ```
 
 use cpg_core::{Follow, Generator};
-use footfall::command::entrain::{default_generator, run};
+use footfall::command::entrain::default_generator;
+use gait_fit::following::run;
 use joint_units::{Joint, Radians};
 use std::fmt::Write as _;
 use std::io::Read as _;

@@ -175,7 +175,7 @@ fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
 #[test]
 fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
     let mut simulated = SimulatedBoard::new();
-    simulated.walk(60);
+    simulated.walk(5);
     simulated.end();
     let bench = Bench::plays(&simulated.lines);
     let mut child = bench

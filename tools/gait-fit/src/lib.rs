@@ -8,6 +8,7 @@
 //! | [`generator_cycle`](mod@generator_cycle) | one stride of a generator as the board computes it |
 //! | [`causal`](mod@causal) | the error with which a joint can be estimated from the past of another one |
 //! | [`six_joints`] | a phase-coupled network of hips, knees and ankles |
+//! | [`following`] | a follower that is played over a recorded person, and how well it follows |
 //! | [`judge`](mod@judge) | errors of a fit, compared with the person's own variability |
 //! | [`report`] | the results as one self-contained HTML page |
 //! | [`html`] | parts of such pages |
@@ -17,6 +18,7 @@ pub mod causal;
 pub mod contact;
 pub mod corrections;
 pub mod fit;
+pub mod following;
 pub mod generator_cycle;
 pub mod html;
 pub mod judge;

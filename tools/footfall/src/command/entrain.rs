@@ -2,21 +2,19 @@
 //!
 //! One joint of the recording, of any format that `fit` reads, is played at 1 kHz ([`trace`](mod@trace)); the setpoints of all four joints
 //! are compared with the recording. The templates are learned from the first steady seconds of the recording, with joints that it lacks
-//! taken from the default recording ([`learn`](mod@learn)), and corrections of the joints from the strides of the rest
-//! ([`corrected`](mod@corrected)); or all are read from a generator file.
+//! taken from the default recording ([`learn`](mod@gait_fit::following::learn)), and corrections of the joints from the strides of the rest
+//! ([`corrected`](mod@gait_fit::following::corrected)); or all are read from a generator file.
 
-pub mod breaks;
-pub mod corrected;
-pub mod learn;
-pub mod possible;
 mod report;
-pub mod run;
-pub mod tick;
 pub mod trace;
 
 use clap::Args;
 use cpg_core::entrainment::Corrections;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
+use gait_fit::following::corrected::corrected;
+use gait_fit::following::learn::{Learned, learn, learn_without};
+use gait_fit::following::possible::Possible;
+use gait_fit::following::run::{self, Entrainment, Following, Holes, Tick};
 use gait_trace::{LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
@@ -32,12 +30,7 @@ use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::value::one_of;
 use crate::output;
-use corrected::corrected;
-use learn::{Learned, learn, learn_without};
-use possible::Possible;
 use report::{CorrectionSource, Report};
-pub use run::Entrainment;
-use run::{Following, Holes, Tick};
 
 /// Length of the window that templates are learned from, s.
 const WINDOW_S: f64 = 12.0;

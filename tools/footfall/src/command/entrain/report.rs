@@ -2,16 +2,15 @@
 
 use cpg_core::entrainment::SensorFault;
 use gait_fit::corrections::{JointOutcome, NotLearned};
+use gait_fit::following::corrected::Corrected;
+use gait_fit::following::possible::{Comparison, Possible};
+use gait_fit::following::run::{self, Entrainment};
 use gait_trace::Finding;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use joint_units::Joint;
 use serde_json::json;
 use std::fmt::Write as _;
 
-use super::corrected::Corrected;
-use super::possible::{Comparison, Possible};
-use super::run;
-use super::run::Entrainment;
 use super::trace::Trace;
 
 /// Where the corrections of a run are from.

@@ -3,11 +3,11 @@
 //! Time steps are made equal, short gaps are bridged and signs turned as in `fit`, each with a note. Jumps are kept, since a follower must
 //! handle a sensor that jumps; in longer gaps it gets no sample.
 
+use gait_fit::following::run::Holes;
 use gait_trace::{Conditioned, Done, Finding, FindingKind, Rules, condition};
 use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;
 
-use super::run::Holes;
 use crate::failure::Failure;
 
 /// A recording and the joint with the sensor.

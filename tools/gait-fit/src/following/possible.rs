@@ -1,10 +1,10 @@
 //! The error that is possible, and whether a follower's is near it: of its templates with a perfect phase, and from the past of its sensor.
 //!
-//! The **causal bound** of a joint is the error with which a regression estimates it from the past of the sensor ([`gait_fit::causal`]): an
+//! The **causal bound** of a joint is the error with which a regression estimates it from the past of the sensor ([`crate::causal`]): an
 //! error that is reached by an estimator which is fitted to other strides of the same recording, so an upper estimate of the smallest one. It
-//! is 0 for the joint with the sensor, which shows it. In a recording of fewer than [`gait_fit::causal::LEAST_STRIDES`] strides it is not known.
+//! is 0 for the joint with the sensor, which shows it. In a recording of fewer than [`crate::causal::LEAST_STRIDES`] strides it is not known.
 
-use gait_fit::causal::{Past, RATE_HZ, causal_errors};
+use crate::causal::{Past, RATE_HZ, causal_errors};
 use gait_trace::Recording;
 use joint_units::Joint;
 

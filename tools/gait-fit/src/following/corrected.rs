@@ -1,7 +1,7 @@
 //! The run of a follower with corrections that were learned from other strides of the same recording.
 
+use crate::corrections::{JointOutcome, Learned, NotLearned, Recorded, learn};
 use cpg_core::entrainment::Corrections;
-use gait_fit::corrections::{JointOutcome, Learned, NotLearned, Recorded, learn};
 use gait_trace::Recording;
 use joint_units::Joint;
 
@@ -23,7 +23,7 @@ pub struct Corrected {
 /// Learns corrections for the follower of a run and repeats the run with them.
 ///
 /// # Errors
-/// Why there are none: too few strides ([`gait_fit::corrections::LEAST_STRIDES`]), for instance.
+/// Why there are none: too few strides ([`crate::corrections::LEAST_STRIDES`]), for instance.
 pub fn corrected(
     recording: &Recording,
     sensor: Joint,

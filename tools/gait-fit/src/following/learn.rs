@@ -8,10 +8,10 @@
 //! The phase is 0 at the largest flexion of the left hip (without a left hip, of the measured joint). It uses later samples and all joints,
 //! which a follower cannot: it is the reference for the follower, not its input.
 
+use crate::fit::LEAST_RANGE_DEG;
 use cpg_core::BuildError;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use cpg_core::waveform::shape::Shape;
-use gait_fit::fit::LEAST_RANGE_DEG;
 use gait_trace::Recording;
 use gait_trace::stride::period;
 use joint_units::{Joint, Phase, Radians};
