@@ -14,7 +14,7 @@ use footfall_tests::recordings::csv_files;
 use footfall_tests::statistics::median;
 use footfall_tests::swings::{Top, phantoms, range_deg, standing, tops};
 use gait_fit::following::run;
-use gait_fit::following::run::Tick;
+use gait_fit::following::tick::Tick;
 use gait_trace::format::csv_file;
 use joint_units::{Joint, Phase};
 use std::f64::consts::TAU;

@@ -12,7 +12,7 @@ use footfall_tests::people::{PEOPLE, Person, default_loop, people, people_of};
 use footfall_tests::statistics::{median, rms};
 use footfall_tests::swings::{phantoms, range_deg, standing, tops};
 use gait_fit::following::run;
-use gait_fit::following::run::Tick;
+use gait_fit::following::tick::Tick;
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Recording};
 use joint_units::{Joint, Period, Phase, Radians};

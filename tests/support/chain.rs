@@ -7,10 +7,9 @@
 
 use crate::board::{Board, Booted, Ran};
 use crate::gestures;
-use cpg_core::Generator;
 use firmware::board::GENERATOR_SECTOR;
 use footfall::board::default_loop::{SENSOR_PIN, wired_sensor};
-use gait_fit::following::run::Tick;
+use gait_fit::following::tick::Tick;
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Quantity, Recording};
 use joint_loop::setup::default_loop::Parameters;
@@ -121,20 +120,10 @@ pub fn follow(board: &Board, config: &GeneratorConfig, degrees: &[f64], arm: boo
         let (BoardGenerator::Follow(follower), frame) = (joints.generator(), joints.frame()) else {
             panic!("not a follower");
         };
-        let status = follower.status();
         let angles = frame.setpoints.map(|angle| f64::from(angle.degrees()));
         let last = before.replace(angles).unwrap_or(angles);
         assert_eq!(frame.missed, 0, "a control period was missed");
-        Tick {
-            angles,
-            rates: std::array::from_fn(|joint| (angles[joint] - last[joint]) * 1e3),
-            phase: follower.phase(),
-            estimate: follower.phase_lock().phase(),
-            amplitude: follower.amplitude(),
-            state: status.state,
-            fault: status.fault,
-            frequency: f64::from(follower.phase_lock().frequency().0),
-        }
+        Tick::of(follower, angles, std::array::from_fn(|joint| (angles[joint] - last[joint]) * 1e3))
     });
     let first_ms = begun_ms(boot) + boot.calls.first().map_or(0, |call| call.0 as usize);
     let walking = boot.ticks.last().is_some_and(|tick| tick.state == SupervisorState::Walking);

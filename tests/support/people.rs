@@ -6,7 +6,7 @@ use cpg_core::entrainment::{Corrections, EventSource, Follower};
 use footfall::command::entrain::default_generator;
 use gait_fit::following::learn::{Learned, learn};
 use gait_fit::following::run;
-use gait_fit::following::run::{Tick, phase_error_deg};
+use gait_fit::following::tick::{Tick, phase_error_deg};
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Recording};
 use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};

@@ -14,7 +14,8 @@ use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use gait_fit::following::corrected::corrected;
 use gait_fit::following::learn::{Learned, learn, learn_without};
 use gait_fit::following::possible::Possible;
-use gait_fit::following::run::{self, Entrainment, Following, Holes, Tick};
+use gait_fit::following::run::{self, Entrainment, Following, Holes};
+use gait_fit::following::tick::{TICKS_PER_S, Tick, phase_error_deg};
 use gait_trace::{LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
@@ -72,7 +73,7 @@ pub struct Options {
 /// None; a test reads the recording.
 pub fn default_generator(sensor: Joint) -> Result<Learned, Failure> {
     let (_, recording) = feed::default_trace().map_err(Failure::run)?;
-    let looped = recording.looped(run::TICKS_PER_S).map_err(Failure::run)?;
+    let looped = recording.looped(TICKS_PER_S).map_err(Failure::run)?;
     learn(&looped.recording, sensor, WINDOW_S).map_err(Failure::run)
 }
 
@@ -262,7 +263,7 @@ fn check(name: &str, sensor: Joint, following: &Following) -> Result<(), Failure
 /// Charts: recorded and generated angle of each joint, phase error, amplitude.
 fn panels(learned: &Learned, ticks: &[Tick], recording: &Recording, sensor: Joint) -> Vec<Panel> {
     let every = 10;
-    let time = |tick: usize| tick as f64 / run::TICKS_PER_S;
+    let time = |tick: usize| tick as f64 / TICKS_PER_S;
     let ticks = || ticks.iter().enumerate().step_by(every);
     let start = recording.time_s()[0];
     let mut panels: Vec<Panel> = Joint::ALL
@@ -278,7 +279,7 @@ fn panels(learned: &Learned, ticks: &[Tick], recording: &Recording, sensor: Join
             Panel::curves(joint.name(), "s", "deg", curves)
         })
         .collect();
-    let error = ticks().map(|(n, tick)| (time(n), run::phase_error_deg(tick, learned.phase_at(time(n))))).collect();
+    let error = ticks().map(|(n, tick)| (time(n), phase_error_deg(tick, learned.phase_at(time(n))))).collect();
     panels.push(Panel::curves("phase error", "s", "deg", vec![Curve::new("", error)]));
     let amplitude = ticks().map(|(n, tick)| (time(n), f64::from(tick.amplitude))).collect();
     panels.push(Panel::curves("amplitude", "s", "1", vec![Curve::new("", amplitude)]));

@@ -5,7 +5,8 @@ use cpg_core::entrainment::Corrections;
 use gait_trace::Recording;
 use joint_units::Joint;
 
-use super::run::{self, Entrainment, Following, Holes, TICKS_PER_S, Tick, within};
+use super::run::{self, Entrainment, Following, Holes, within};
+use super::tick::{TICKS_PER_S, Tick};
 
 /// A follower with corrections.
 #[derive(Debug, Clone)]

@@ -8,7 +8,7 @@ use joint_units::{Joint, Period, Radians};
 
 use super::breaks::{self, FalseStop, Slip};
 use super::learn::{Learned, angle_deg};
-pub use super::tick::{TICKS_PER_S, Tick, phase_error_deg};
+use super::tick::{TICKS_PER_S, Tick, phase_error_deg};
 
 /// Plays a series of samples, one a tick.
 pub fn run(follower: &mut Follower, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
@@ -17,17 +17,9 @@ pub fn run(follower: &mut Follower, samples: impl IntoIterator<Item = Option<f64
         .map(|sample| {
             follower.observe(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
             follower.step();
-            let status = follower.status();
-            Tick {
-                angles: follower.angles().map(|angle| f64::from(angle.degrees())),
-                rates: follower.rates().map(|rate| f64::from(rate.0).to_degrees()),
-                phase: follower.phase(),
-                estimate: follower.phase_lock().phase(),
-                amplitude: follower.amplitude(),
-                state: status.state,
-                fault: status.fault,
-                frequency: f64::from(follower.phase_lock().frequency().0),
-            }
+            let angles = follower.angles().map(|angle| f64::from(angle.degrees()));
+            let rates = follower.rates().map(|rate| f64::from(rate.0).to_degrees());
+            Tick::of(follower, angles, rates)
         })
         .collect()
 }

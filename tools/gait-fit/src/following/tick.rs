@@ -1,6 +1,7 @@
 //! One tick of a follower that is played over a recording.
 
-use cpg_core::entrainment::{Lock, SensorFault};
+use cpg_core::Generator;
+use cpg_core::entrainment::{Follower, Lock, SensorFault};
 use joint_units::{Joint, Phase};
 
 /// Ticks a second.
@@ -25,6 +26,24 @@ pub struct Tick {
     pub fault: Option<SensorFault>,
     /// Estimated angular frequency, rad/s.
     pub frequency: f64,
+}
+
+impl Tick {
+    /// A follower after a step, with these setpoints in degrees and rates in degrees per second: its own, or those behind a control loop.
+    #[must_use]
+    pub fn of(follower: &Follower, angles: [f64; Joint::COUNT], rates: [f64; Joint::COUNT]) -> Self {
+        let status = follower.status();
+        Self {
+            angles,
+            rates,
+            phase: follower.phase(),
+            estimate: follower.phase_lock().phase(),
+            amplitude: follower.amplitude(),
+            state: status.state,
+            fault: status.fault,
+            frequency: f64::from(follower.phase_lock().frequency().0),
+        }
+    }
 }
 
 /// Phase error of a tick in degrees: the person's phase less that of the setpoints.

@@ -4,7 +4,8 @@ use cpg_core::entrainment::SensorFault;
 use gait_fit::corrections::{JointOutcome, NotLearned};
 use gait_fit::following::corrected::Corrected;
 use gait_fit::following::possible::{Comparison, Possible};
-use gait_fit::following::run::{self, Entrainment};
+use gait_fit::following::run::Entrainment;
+use gait_fit::following::tick::TICKS_PER_S;
 use gait_trace::Finding;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use joint_units::Joint;
@@ -102,7 +103,7 @@ impl Report<'_> {
         let holds: Vec<_> = following
             .holds
             .iter()
-            .map(|&(tick, fault)| json!({ "t_s": tick as f64 / run::TICKS_PER_S, "fault": fault.name() }))
+            .map(|&(tick, fault)| json!({ "t_s": tick as f64 / TICKS_PER_S, "fault": fault.name() }))
             .collect();
         let stops: Vec<_> = following
             .false_stops
