@@ -6,9 +6,12 @@ use common::{Crossings, R1, W, micros, r1, r1_config, r1_single, rk4, run, singl
 use cpg_core::network::graph::Biped;
 use cpg_core::network::phase_coupled::Robust;
 use cpg_core::network::thesis::{Thesis, ThesisConfig};
-use cpg_core::{Generator, Integrator, OscillatorState, Oscillators, Rk4, Scalar, SecondOrder, SemiImplicitEuler};
+use cpg_core::{
+    Generator, Integrator, OscillatorState, Oscillators, Rk4, STAGES, Scalar, SecondOrder, SemiImplicitEuler,
+};
 
 /// x'' = -r x' - x in units of `unit`: has a closed form, and damping to tell the orders apart.
+#[derive(Clone, Copy)]
 struct Damped {
     unit: f64,
 }
@@ -26,7 +29,7 @@ fn error<I: Integrator>(steps: u32) -> f64 {
     let unit = 8.0 / f64::from(steps * I::UNITS);
     let (mut x, mut v) = ([1.0], [0.0]);
     for _ in 0..steps {
-        I::advance(&Damped { unit }, &mut x, &mut v);
+        I::advance(&[Damped { unit }; STAGES], &mut x, &mut v);
     }
     let (decay, w) = (DAMPING / 2.0, (1.0 - DAMPING * DAMPING / 4.0).sqrt());
     let exact = (-decay * 8.0).exp() * ((w * 8.0).cos() + decay / w * (w * 8.0).sin());

@@ -8,10 +8,10 @@
 
 mod bench;
 mod board;
+mod board_flags;
 mod board_sectors;
 mod book;
 mod bootsel;
-mod build_paths;
 mod campaign;
 mod dfu;
 mod dist;

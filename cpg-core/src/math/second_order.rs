@@ -9,8 +9,9 @@
 //! Runge-Kutta is the default; semi-implicit Euler is for weakly damped networks and for comparison.
 //!
 //! ```
-//! use cpg_core::{Integrator, Rk4, SecondOrder};
+//! use cpg_core::{Integrator, Rk4, STAGES, SecondOrder};
 //! /// x'' = -x with half a step of 0.01 s as the time unit: accelerations are x'' times its square.
+//! #[derive(Clone, Copy)]
 //! struct Spring;
 //! impl SecondOrder<f64, 1> for Spring {
 //!     fn acceleration(&self, &[x]: &[f64; 1], _: &[f64; 1]) -> [f64; 1] {
@@ -19,7 +20,7 @@
 //! }
 //! let (mut x, mut v) = ([1.0], [0.0]);
 //! for _ in 0..100 {
-//!     Rk4::advance(&Spring, &mut x, &mut v);
+//!     Rk4::advance(&[Spring; STAGES], &mut x, &mut v);
 //! }
 //! assert!((x[0] - 1f64.cos()).abs() < 1e-9 && (v[0] / 0.005 + 1f64.sin()).abs() < 1e-9);
 //! ```
@@ -32,6 +33,9 @@ pub trait SecondOrder<T, const N: usize> {
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N];
 }
 
+/// Number of stages of the method that has the most of them.
+pub const STAGES: usize = 4;
+
 /// A method that advances a [`SecondOrder`] system by one step.
 pub trait Integrator {
     /// Number of time units in one step (control period).
@@ -40,8 +44,12 @@ pub trait Integrator {
     /// Largest product of step and decay rate that models accept: at least a tenth below that at which the method diverges.
     const LONGEST_DECAY: f32;
 
-    /// Advances displacement and velocity by one step.
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]);
+    /// Advances displacement and velocity by one step. `systems` is the same system once for each stage of the method, from the first on; those beyond its
+    /// last stage are not used.
+    ///
+    /// Why a copy for each stage: the constants of four joints do not fit into the registers of a Cortex-M4F. A compiler loads them once, stores
+    /// them on the stack and loads them from there in each later stage; another copy it loads from where it is.
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(systems: &[S; STAGES], x: &mut [T; N], v: &mut [T; N]);
 }
 
 /// The classical fourth-order Runge-Kutta method.
@@ -56,7 +64,7 @@ impl Integrator for Rk4 {
     const LONGEST_DECAY: f32 = 2.5;
 
     #[inline]
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]) {
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(systems: &[S; STAGES], x: &mut [T; N], v: &mut [T; N]) {
         // In units of h/2, with k the acceleration at each stage:
         //   stage 2: x + v,           v + k1
         //   stage 3: x + v + k1,      v + k2
@@ -66,12 +74,13 @@ impl Integrator for Rk4 {
         let twice = |a: T, b: T| a + b + b;
         let (third, two_thirds) = (T::ratio(1, 3), T::ratio(2, 3));
 
-        let k1 = system.acceleration(x, v);
+        let [at_1, at_2, at_3, at_4] = systems;
+        let k1 = at_1.acceleration(x, v);
         let x2 = zip(x, v, sum);
-        let k2 = system.acceleration(&x2, &zip(v, &k1, sum));
+        let k2 = at_2.acceleration(&x2, &zip(v, &k1, sum));
         let v3 = zip(v, &k2, sum);
-        let k3 = system.acceleration(&zip(&x2, &k1, sum), &v3);
-        let k4 = system.acceleration(&zip(x, &v3, twice), &zip(v, &k3, twice));
+        let k3 = at_3.acceleration(&zip(&x2, &k1, sum), &v3);
+        let k4 = at_4.acceleration(&zip(x, &v3, twice), &zip(v, &k3, twice));
 
         let middle = zip(&k2, &k3, sum);
         let first = zip(&k1, &middle, sum);
@@ -90,7 +99,11 @@ impl Integrator for SemiImplicitEuler {
     const LONGEST_DECAY: f32 = 1.8;
 
     #[inline]
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]) {
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
+        [system, ..]: &[S; STAGES],
+        x: &mut [T; N],
+        v: &mut [T; N],
+    ) {
         *v = zip(v, &system.acceleration(x, v), |v, a| v + a);
         *x = zip(x, v, |x, v| x + v);
     }

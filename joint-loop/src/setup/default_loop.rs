@@ -157,8 +157,12 @@ pub fn board_loop_at<'a>(
     min_supply: Volts,
     sensor_required: bool,
 ) -> Result<&'a mut BoardLoop, BoardLoopError> {
-    let config = board_config(parameters, sensor_required);
-    Ok(place.write(board_loop_with(&config, parameters, vrefint_cal, min_supply)?))
+    let parts = parts(&board_config(parameters, sensor_required), parameters, vrefint_cal, min_supply)?;
+    // Not `map_err`: what it is given and what it returns would both be on the stack.
+    match parts.config.build(Period::MILLISECOND, parts.generator, parts.sensors) {
+        Ok(built) => Ok(place.write(built)),
+        Err(error) => Err(BoardLoopError::Loop(error)),
+    }
 }
 
 /// The configuration of a board's loop.
@@ -190,6 +194,23 @@ pub fn board_loop_with(
     vrefint_cal: AdcCode,
     min_supply: Volts,
 ) -> Result<BoardLoop, BoardLoopError> {
+    let parts = parts(config, parameters, vrefint_cal, min_supply)?;
+    parts.config.build(Period::MILLISECOND, parts.generator, parts.sensors).map_err(BoardLoopError::Loop)
+}
+
+/// What a loop is built of.
+struct Parts {
+    config: LoopConfig,
+    generator: BoardGenerator,
+    sensors: [Option<Sensor>; SENSORS],
+}
+
+fn parts(
+    config: &LoopConfig,
+    parameters: &Parameters,
+    vrefint_cal: AdcCode,
+    min_supply: Volts,
+) -> Result<Parts, BoardLoopError> {
     let generator = parameters.generator.build(Period::MILLISECOND).map_err(BoardLoopError::Generator)?;
     let gait_sensor = match parameters.generator.follows() {
         Some(joint) => parameters.sensors.channel_of(joint).ok_or(BoardLoopError::NoSensor(joint))?,
@@ -204,6 +225,5 @@ pub fn board_loop_with(
     let supply = Some(reference.build().map_err(BoardLoopError::Reference)?);
     let channel = Joint::ALL.map(|joint| parameters.sensors.channel_of(joint));
     let feedback = FeedbackConfig { channel, ..config.feedback };
-    let loop_config = LoopConfig { gait_sensor, feedback, supply, ..*config };
-    loop_config.build(Period::MILLISECOND, generator, sensors).map_err(BoardLoopError::Loop)
+    Ok(Parts { config: LoopConfig { gait_sensor, feedback, supply, ..*config }, generator, sensors })
 }

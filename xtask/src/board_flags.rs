@@ -1,21 +1,37 @@
-//! Keeps the paths of this computer out of what is built for the board: two checkouts in different folders make the same bytes.
+//! The compiler's flags for what is built for the board.
 //!
+//! **Paths.** Those of this computer are kept out: two checkouts in different folders make the same bytes.
 //! The compiler writes paths of source files into panics, log statements and debug information. Its option `--remap-path-prefix` replaces
 //! the beginning of each: the workspace becomes `.`, the registry's packages `registry`, Rust's library `rust`. The options are in the
 //! environment, which every other setting of flags yields to; flags of the user's environment stay in front of them.
+//!
+//! **Order of instructions.** On a Cortex-M4F it is that of the source ([`ORDER`]). The compiler's own order loads many numbers early, and then stores
+//! those that find no register on the stack; docs/performance.md has what each costs. `.cargo/config.toml` has the same flag for a plain
+//! `cargo build`.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::toolchain::TARGET;
+
 /// Between two options in `CARGO_ENCODED_RUSTFLAGS`.
 const BETWEEN: &str = "\u{1f}";
 
-/// The variable with the flags, and its value, for a workspace and its target folder. `library` has the folders under which the compiler finds
+/// Instructions in the order of the source. An internal option of LLVM: where a compiler no longer has it, nothing is built, which is noticed.
+const ORDER: [&str; 2] = ["-C", "llvm-args=-pre-RA-sched=source"];
+
+/// The variable with the flags, and its value, for a workspace, its target folder and a target. `library` has the folders under which the compiler finds
 /// the source of Rust's library.
-pub(crate) fn variable(root: &Path, target_dir: &Path, library: &[PathBuf]) -> Result<(&'static str, String)> {
+pub(crate) fn variable(
+    root: &Path,
+    target_dir: &Path,
+    target: &str,
+    library: &[PathBuf],
+) -> Result<(&'static str, String)> {
     let flags = users_flags(std::env::var("CARGO_ENCODED_RUSTFLAGS").ok(), std::env::var("RUSTFLAGS").ok());
-    let all = flags.into_iter().chain(prefixes(root, target_dir, &packages()?, library));
+    let order = ORDER.iter().filter(|_| target == TARGET).map(|flag| (*flag).to_owned());
+    let all = flags.into_iter().chain(order).chain(prefixes(root, target_dir, &packages()?, library));
     Ok(("CARGO_ENCODED_RUSTFLAGS", all.collect::<Vec<_>>().join(BETWEEN)))
 }
 
@@ -63,6 +79,14 @@ fn is_of_a_registry(folder: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_plain_build_has_the_order_of_the_source_too() {
+        let config = include_str!("../../.cargo/config.toml");
+        let section = config.split_once(&format!("[target.{TARGET}]")).expect("the target").1;
+        let section = section.split_once("\n[").map_or(section, |(section, _)| section);
+        assert!(section.contains(&format!("rustflags = {ORDER:?}")), "{section}");
+    }
 
     #[test]
     fn the_users_flags_come_first() {
