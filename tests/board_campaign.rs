@@ -282,14 +282,14 @@ fn a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses() {
     let (first, after) = (name(&first), name(&after));
     let file = tempfile::NamedTempFile::new().expect("a file");
     let group = format!(
-        "[[memory]]\nname = \"loop\"\nsymbols = [\"{first}\", \"{after}\"]\ncount = 1200\nstates = [\"walking\"]\n"
+        "[[memory]]\nname = \"loop\"\nsymbols = [\"{first}\", \"{after}\"]\ncount = 2400\nstates = [\"walking\"]\n"
     );
     std::fs::write(file.path(), format!("{}{group}", head())).expect("written");
     let outcome = campaign::run(file.path(), "walk", &["--every", "20"]);
     assert_good(&outcome);
     let refused = outcome.cases.iter().filter(|case| case["says"] == "fault (outputs)").count();
     report!("{} bits, {refused} of them found by the check, none makes a wrong pulse", outcome.cases.len());
-    assert_eq!(outcome.cases.len(), 1200);
+    assert_eq!(outcome.cases.len(), 2400);
     assert!(refused >= 3, "{refused}");
 }
 

@@ -2,7 +2,7 @@
 //! are not as written. Each keeps the outputs off or switches them off, and the host repeats the run to the bit.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use firmware::board::GENERATOR_SECTOR;
@@ -31,12 +31,16 @@ fn main() -> ExitCode {
         four_ticks_of_ten_lost_are_no_liveness(Image),
         a_contact_that_is_open_half_the_time_is_in_the_log(Image),
         a_changed_register_is_a_fault(Image),
+        a_faster_trigger_is_a_fault_or_a_reset(Image),
         without_a_brown_out_reset_the_board_does_not_arm(Image),
         a_low_level_of_the_brown_out_reset_refuses_arming(Image),
         another_crystal_keeps_the_board_off(Image),
         a_state_of_some_milliseconds_is_in_the_log(Image),
     ])
 }
+
+/// The end of the counter of the timer that triggers the converter.
+const TIM2_ARR: u32 = 0x4000_002C;
 
 /// A supply over the time.
 type Supply = dyn Fn(f64) -> f64;
@@ -307,7 +311,7 @@ fn a_changed_register_is_a_fault() {
     }
     // Locks of BDTR and of a stream that is on keep stores, but not a disturbance. Of trigger, converter and stream a tick compares a quarter.
     for (name, address, mask) in [
-        ("TIM2 ARR: a faster trigger", 0x4000_002C, 1 << 6),
+        ("TIM2 ARR: a slower trigger", TIM2_ARR, 1 << 1),
         ("TIM2 PSC: a slower trigger", 0x4000_0028, 1 << 2),
         ("ADC1 CR1: codes of 10 bits", 0x4001_2004, 1 << 24),
         ("ADC1 CR2: codes to the left", 0x4001_2008, 1 << 11),
@@ -324,20 +328,60 @@ fn a_changed_register_is_a_fault() {
         ("TIM1 CCMR2: channel 3 inverted", 0x4001_001C, 1 << 4),
         ("TIM1 CCMR2: channel 4 frozen", 0x4001_001C, 3 << 13),
     ] {
-        let script = folder.path().join("script.toml");
-        let flip = format!("flip = {{ address = {address:#x}, mask = {mask:#x} }}");
-        std::fs::write(&script, format!("[[event]]\nat_s = 3.0008\ninject = {{ {flip} }}\n")).expect("written");
+        let script = flip_at(folder.path(), 3.0008, address, mask);
         is_a_fault(name, &feed, &["--script", script.to_str().expect("text")]);
     }
 }
 
-/// A walk in which this changes a register at 3.0008 s.
-fn is_a_fault(name: &str, feed: &OsString, change: &[&str]) {
+/// A script that changes bits of a register at a time.
+fn flip_at(folder: &Path, at_s: f64, address: u32, mask: u32) -> PathBuf {
+    let script = folder.join("script.toml");
+    let flip = format!("flip = {{ address = {address:#x}, mask = {mask:#x} }}");
+    std::fs::write(&script, format!("[[event]]\nat_s = {at_s}\ninject = {{ {flip} }}\n")).expect("written");
+    script
+}
+
+/// The end of the trigger's counter goes from 249 to 185. In a quarter of its period it is beyond that, goes on to its largest number, and there are no more
+/// ticks: the board is reset. Otherwise a tick finds the change. Of four moments a quarter of the period apart each way has one at least.
+fn a_faster_trigger_is_a_fault_or_a_reset() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let feed = volts(folder.path(), 3.2, &|_| 3.0);
+    let (mut faults, mut resets) = (0, 0);
+    for quarter in 0..4 {
+        let at_s = 3.0008 + f64::from(quarter) * 62.5e-6;
+        let script = flip_at(folder.path(), at_s, TIM2_ARR, 1 << 6);
+        let (ran, frames) = changed(&feed, &["--script", script.to_str().expect("text")]);
+        if let Some(after) = ran.boots.get(1) {
+            assert_eq!(after.boot.as_ref().map(|boot| boot.reset), Some(Reset::Software), "at {at_s} s");
+            assert!(after.t_s <= at_s + 1e-3 * limit_ms("H24"), "at {at_s} s: a reset at {} s", after.t_s);
+            resets += 1;
+        } else {
+            let (_, state, cause) = ended(&frames);
+            assert_eq!((state, cause), (SupervisorState::Fault, Cause::Outputs), "at {at_s} s");
+            faults += 1;
+        }
+        let last = ran.pulses.last().expect("pulses").0;
+        assert!(last <= at_s + 0.0105, "at {at_s} s: a pulse at {last} s");
+    }
+    report!("{faults} faults, {resets} resets");
+    assert!(faults > 0 && resets > 0, "{faults} faults, {resets} resets");
+}
+
+/// A walk in which these options change a register.
+fn changed(feed: &OsString, change: &[&str]) -> (Ran, Vec<Frame<SENSORS>>) {
     let mut options: Vec<OsString> = ["--press", "0.3", "--secs", "3.2"].map(Into::into).to_vec();
     options.extend(change.iter().map(Into::into));
     options.extend(["--volts".into(), feed.clone()]);
     let ran = Board::find().run(options);
     let frames = ran.boots[0].watch(&GeneratorConfig::default_walk(), BoardLoop::frame);
+    (ran, frames)
+}
+
+/// A walk in which this changes a register at 3.0008 s.
+fn is_a_fault(name: &str, feed: &OsString, change: &[&str]) {
+    let (ran, frames) = changed(feed, change);
+    let last = frames.last().expect("frames").state;
+    assert_ne!(last, SupervisorState::Walking, "{name}: it walks on");
     let (tick, state, cause) = ended(&frames);
     assert_eq!((state, cause), (SupervisorState::Fault, Cause::Outputs), "{name}");
     // The board's tick 0 is some milliseconds after power-on.

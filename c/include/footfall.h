@@ -21,7 +21,7 @@
 #define FOOTFALL_GENERATOR_WORDS 384
 
 // Words of 8 bytes of a control loop.
-#define FOOTFALL_LOOP_WORDS 1024
+#define FOOTFALL_LOOP_WORDS 1152
 
 // What became of a call.
 typedef enum {

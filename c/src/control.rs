@@ -12,7 +12,7 @@ use crate::error::{FootfallError, FootfallStatus, bytes, refuse};
 use crate::slot;
 
 /// Words of 8 bytes of a control loop.
-pub const FOOTFALL_LOOP_WORDS: usize = 1024;
+pub const FOOTFALL_LOOP_WORDS: usize = 1152;
 
 /// The control loop of a board at 1 kHz. Its memory belongs to the caller, who sets it to zeros at first; it may be copied as a whole.
 #[repr(C, align(16))]

@@ -40,13 +40,17 @@ impl Host {
     /// # Panics
     /// It does not hold in that time, or the port ends.
     pub fn until(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
-        let last = self.tick + 30_000;
+        // From the first frame on that comes: the board may have run for long when the port is opened.
+        let mut last = None;
         while !done(self) {
-            assert!(self.tick < last, "{what}: not within half a minute, tick {}", self.tick);
+            assert!(last.is_none_or(|last| self.tick < last), "{what}: not within half a minute, tick {}", self.tick);
             let Came::Bytes(bytes) = self.port.next_within(Duration::from_secs(60)) else { panic!("{what}: no bytes") };
             for record in self.records.push(&bytes) {
                 match record {
-                    Ok(Record::Frame(frame)) => (self.tick, self.state) = (frame.tick, frame.state),
+                    Ok(Record::Frame(frame)) => {
+                        (self.tick, self.state) = (frame.tick, frame.state);
+                        last.get_or_insert(frame.tick + 30_000);
+                    }
                     Ok(Record::Answered(answer)) => self.answers.push(answer),
                     Ok(Record::Port(counts)) => self.counts = counts,
                     Ok(_) | Err(_) => {}

@@ -6,8 +6,7 @@
 //! environment, which every other setting of flags yields to; flags of the user's environment stay in front of them.
 //!
 //! **Order of instructions.** On a Cortex-M4F it is that of the source ([`ORDER`]). The compiler's own order loads many numbers early, and then stores
-//! those that find no register on the stack; docs/performance.md has what each costs. `.cargo/config.toml` has the same flag for a plain
-//! `cargo build`.
+//! those that find no register on the stack; docs/performance.md has what each costs. It stands before the user's flags, which can name another one.
 
 use std::path::{Path, PathBuf};
 
@@ -29,10 +28,15 @@ pub(crate) fn variable(
     target: &str,
     library: &[PathBuf],
 ) -> Result<(&'static str, String)> {
-    let flags = users_flags(std::env::var("CARGO_ENCODED_RUSTFLAGS").ok(), std::env::var("RUSTFLAGS").ok());
-    let order = ORDER.iter().filter(|_| target == TARGET).map(|flag| (*flag).to_owned());
-    let all = flags.into_iter().chain(order).chain(prefixes(root, target_dir, &packages()?, library));
-    Ok(("CARGO_ENCODED_RUSTFLAGS", all.collect::<Vec<_>>().join(BETWEEN)))
+    let users = users_flags(std::env::var("CARGO_ENCODED_RUSTFLAGS").ok(), std::env::var("RUSTFLAGS").ok());
+    let all = flags(target, users, prefixes(root, target_dir, &packages()?, library));
+    Ok(("CARGO_ENCODED_RUSTFLAGS", all.join(BETWEEN)))
+}
+
+/// The flags for a target, in their order.
+fn flags(target: &str, users: Vec<String>, prefixes: Vec<String>) -> Vec<String> {
+    let order: &[&str] = if target == TARGET { &ORDER } else { &[] };
+    order.iter().map(|flag| (*flag).to_owned()).chain(users).chain(prefixes).collect()
 }
 
 /// The flags that the user has set: cargo reads only the first of the two variables.
@@ -79,13 +83,14 @@ fn is_of_a_registry(folder: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::toolchain::SMALLEST_TARGET;
 
     #[test]
-    fn a_plain_build_has_the_order_of_the_source_too() {
-        let config = include_str!("../../.cargo/config.toml");
-        let section = config.split_once(&format!("[target.{TARGET}]")).expect("the target").1;
-        let section = section.split_once("\n[").map_or(section, |(section, _)| section);
-        assert!(section.contains(&format!("rustflags = {ORDER:?}")), "{section}");
+    fn only_the_chip_with_a_floating_point_unit_has_the_order_of_the_source() {
+        let flags = |target| flags(target, vec!["-Dwarnings".into()], vec!["--remap-path-prefix=/a=.".into()]);
+        let others = ["-Dwarnings", "--remap-path-prefix=/a=."];
+        assert_eq!(flags(TARGET), [&ORDER[..], &others].concat());
+        assert_eq!(flags(SMALLEST_TARGET), others);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! Runge-Kutta is the default; semi-implicit Euler is for weakly damped networks and for comparison.
 //!
 //! ```
-//! use cpg_core::{Integrator, Rk4, STAGES, SecondOrder};
+//! use cpg_core::{Integrator, MOST_STAGES, Rk4, SecondOrder};
 //! /// x'' = -x with half a step of 0.01 s as the time unit: accelerations are x'' times its square.
 //! #[derive(Clone, Copy)]
 //! struct Spring;
@@ -20,7 +20,7 @@
 //! }
 //! let (mut x, mut v) = ([1.0], [0.0]);
 //! for _ in 0..100 {
-//!     Rk4::advance(&[Spring; STAGES], &mut x, &mut v);
+//!     Rk4::advance(&[Spring; MOST_STAGES], &mut x, &mut v);
 //! }
 //! assert!((x[0] - 1f64.cos()).abs() < 1e-9 && (v[0] / 0.005 + 1f64.sin()).abs() < 1e-9);
 //! ```
@@ -33,8 +33,8 @@ pub trait SecondOrder<T, const N: usize> {
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N];
 }
 
-/// Number of stages of the method that has the most of them.
-pub const STAGES: usize = 4;
+/// Most stages of an [`Integrator`]: each stage is one call of [`SecondOrder::acceleration`].
+pub const MOST_STAGES: usize = 4;
 
 /// A method that advances a [`SecondOrder`] system by one step.
 pub trait Integrator {
@@ -44,12 +44,16 @@ pub trait Integrator {
     /// Largest product of step and decay rate that models accept: at least a tenth below that at which the method diverges.
     const LONGEST_DECAY: f32;
 
-    /// Advances displacement and velocity by one step. `systems` is the same system once for each stage of the method, from the first on; those beyond its
-    /// last stage are not used.
+    /// Advances displacement and velocity by one step. `systems` holds equal copies of one system: stage `n` of the method uses number `n`. Copies beyond the
+    /// last stage are not used; a method with more stages uses one of them several times.
     ///
-    /// Why a copy for each stage: the constants of four joints do not fit into the registers of a Cortex-M4F. A compiler loads them once, stores
-    /// them on the stack and loads them from there in each later stage; another copy it loads from where it is.
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(systems: &[S; STAGES], x: &mut [T; N], v: &mut [T; N]);
+    /// Why a copy for each stage: the constants of four joints do not fit into the registers of a Cortex-M4F. Of one copy the compiler stores what it
+    /// has loaded on the stack, and loads it from there in the later stages. The constants of separate copies it loads where they are used.
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
+        systems: &[S; MOST_STAGES],
+        x: &mut [T; N],
+        v: &mut [T; N],
+    );
 }
 
 /// The classical fourth-order Runge-Kutta method.
@@ -64,7 +68,11 @@ impl Integrator for Rk4 {
     const LONGEST_DECAY: f32 = 2.5;
 
     #[inline]
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(systems: &[S; STAGES], x: &mut [T; N], v: &mut [T; N]) {
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
+        systems: &[S; MOST_STAGES],
+        x: &mut [T; N],
+        v: &mut [T; N],
+    ) {
         // In units of h/2, with k the acceleration at each stage:
         //   stage 2: x + v,           v + k1
         //   stage 3: x + v + k1,      v + k2
@@ -100,7 +108,7 @@ impl Integrator for SemiImplicitEuler {
 
     #[inline]
     fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
-        [system, ..]: &[S; STAGES],
+        [system, ..]: &[S; MOST_STAGES],
         x: &mut [T; N],
         v: &mut [T; N],
     ) {

@@ -11,7 +11,7 @@ use core::marker::PhantomData;
 
 use joint_units::{Phase, RadPerSec, Radians};
 
-use crate::math::second_order::{STAGES, SecondOrder};
+use crate::math::second_order::{MOST_STAGES, SecondOrder};
 use crate::{Field, Generator, Integrator, PhasePoint, Rk4, Scalar, StateFault};
 
 /// Bound of a state, as a multiple of the closed-form amplitude of the limit cycle.
@@ -46,7 +46,7 @@ pub(crate) struct Terms<const N: usize, T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Oscillators<F, const N: usize, T = f32, I = Rk4> {
     /// The vector field, for each stage of the method ([`Integrator::advance`]).
-    fields: [F; STAGES],
+    fields: [F; MOST_STAGES],
     /// Displacement x, and v, displacement per time unit of the integrator.
     now: Pair<N, T>,
     start: Pair<N, T>,
@@ -71,7 +71,7 @@ struct Pair<const N: usize, T> {
 }
 
 impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
-    /// `field` makes the vector field, folded for the time unit in `terms`.
+    /// `field` makes the vector field, folded for the time unit in `terms`; it is called for each stage, as a field with a [`crate::network::graph::Graph`] is no `Copy`.
     pub(crate) fn new(field: impl Fn() -> F, start: &OscillatorState<N, T>, terms: &Terms<N, T>) -> Self {
         let inverse = |a: [T; N]| a.map(|a| T::ONE / a);
         let per_velocity = inverse(terms.velocity);

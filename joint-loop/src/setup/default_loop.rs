@@ -157,7 +157,7 @@ pub fn board_loop_at<'a>(
     min_supply: Volts,
     sensor_required: bool,
 ) -> Result<&'a mut BoardLoop, BoardLoopError> {
-    let parts = parts(&board_config(parameters, sensor_required), parameters, vrefint_cal, min_supply)?;
+    let parts = parts_of(&board_config(parameters, sensor_required), parameters, vrefint_cal, min_supply)?;
     // Not `map_err`: what it is given and what it returns would both be on the stack.
     match parts.config.build(Period::MILLISECOND, parts.generator, parts.sensors) {
         Ok(built) => Ok(place.write(built)),
@@ -194,7 +194,7 @@ pub fn board_loop_with(
     vrefint_cal: AdcCode,
     min_supply: Volts,
 ) -> Result<BoardLoop, BoardLoopError> {
-    let parts = parts(config, parameters, vrefint_cal, min_supply)?;
+    let parts = parts_of(config, parameters, vrefint_cal, min_supply)?;
     parts.config.build(Period::MILLISECOND, parts.generator, parts.sensors).map_err(BoardLoopError::Loop)
 }
 
@@ -205,7 +205,8 @@ struct Parts {
     sensors: [Option<Sensor>; SENSORS],
 }
 
-fn parts(
+/// Checks the parameters and builds the parts: what both ways to build a loop share.
+fn parts_of(
     config: &LoopConfig,
     parameters: &Parameters,
     vrefint_cal: AdcCode,

@@ -131,7 +131,6 @@ fn is_older_than(folder: &Path, age: Duration) -> bool {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use std::os::unix::fs::PermissionsExt;
 
     /// A stand-in for `apt-get` that writes its arguments to the file `calls`; the folder is removed at the end.
     struct StandIn {
@@ -147,8 +146,10 @@ mod tests {
             std::fs::write(lists.join("archive_Packages"), "").unwrap();
             let program = folder.join("apt-get");
             let text = format!("#!/bin/sh\necho \"$*\" >> {}/calls\n{script}\n", folder.display());
-            std::fs::write(&program, text).unwrap();
-            std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+            // Not by this process: a child that another test starts meanwhile would have the file open for writing, and then it cannot be executed.
+            let write = "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"";
+            let written = Command::new("sh").args(["-c", write, "sh", &text]).arg(&program).status().unwrap();
+            assert!(written.success());
             StandIn { apt: Apt::new(program, lists), folder }
         }
 
