@@ -47,7 +47,7 @@ pub trait Integrator {
     /// Advances displacement and velocity by one step. `systems` holds equal copies of one system: stage `n` of the method uses number `n`. Copies beyond the
     /// last stage are not used; a method with more stages uses one of them several times.
     ///
-    /// Why a copy for each stage: the constants of four joints do not fit into the registers of a Cortex-M4F. Of one copy the compiler stores what it
+    /// Why a copy for each stage: the constants of four joints do not fit into 32 registers for numbers. Of one copy the compiler stores what it
     /// has loaded on the stack, and loads it from there in the later stages. The constants of separate copies it loads where they are used.
     fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
         systems: &[S; MOST_STAGES],
