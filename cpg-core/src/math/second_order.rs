@@ -33,7 +33,7 @@ pub trait SecondOrder<T, const N: usize> {
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N];
 }
 
-/// Most stages of an [`Integrator`]: each stage is one call of [`SecondOrder::acceleration`].
+/// Number of copies of a system that an [`Integrator`] is given: the stages of [`Rk4`], each of which is one call of [`SecondOrder::acceleration`].
 pub const MOST_STAGES: usize = 4;
 
 /// A method that advances a [`SecondOrder`] system by one step.
@@ -47,8 +47,8 @@ pub trait Integrator {
     /// Advances displacement and velocity by one step. `systems` holds equal copies of one system: stage `n` of the method uses number `n`. Copies beyond the
     /// last stage are not used; a method with more stages uses one of them several times.
     ///
-    /// Why a copy for each stage: the constants of four joints do not fit into 32 registers for numbers. Of one copy the compiler stores what it
-    /// has loaded on the stack, and loads it from there in the later stages. The constants of separate copies it loads where they are used.
+    /// Why a copy for each stage: the constants of four joints do not fit into 32 floating-point registers. With one copy the compiler loads them
+    /// once, stores them on the stack, and loads them from there in the later stages. With a copy for each stage it loads them where they are used.
     fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
         systems: &[S; MOST_STAGES],
         x: &mut [T; N],

@@ -71,7 +71,8 @@ struct Pair<const N: usize, T> {
 }
 
 impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
-    /// `field` makes the vector field, folded for the time unit in `terms`; it is called for each stage, as a field with a [`crate::network::graph::Graph`] is no `Copy`.
+    /// `field` makes the vector field, folded for the time unit in `terms`. It is called once for each stage, because a graph, and so a field, need not be
+    /// `Copy`.
     pub(crate) fn new(field: impl Fn() -> F, start: &OscillatorState<N, T>, terms: &Terms<N, T>) -> Self {
         let inverse = |a: [T; N]| a.map(|a| T::ONE / a);
         let per_velocity = inverse(terms.velocity);
