@@ -193,7 +193,13 @@ def test_a_search_that_the_keyboard_stops_writes_the_best_gait_so_far(rig: str, 
         files += ["--robot-file", str(WALKS / "desk-free-robot.toml"), "--robot-output", str(tmp_path / "robot.toml")]
     few = ["--secs", "1", "--candidates", "4", "--seeds", "1", "--jobs", "2", "--generations", "5000"]
     command = [sys.executable, "-m", "footfall.body", "search", "--rig", rig, *files, *few]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=ROOT) as search:
+
+    def listen() -> None:
+        # Tests that run in the background ignore the signal, and what they start would too.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True, cwd=ROOT, preexec_fn=listen) as search:
         assert search.stderr is not None
         assert search.stderr.readline().startswith("generation 1 of 5000")
         # As the keyboard does: to the processes of the pool too.

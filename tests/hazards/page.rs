@@ -13,7 +13,8 @@ const HEAD: &str = "\
 
 What can go wrong with this controller, how it notices that, what it does about it, and where a test has shown so. This page is made of
 `hazards.toml`, in which each hazard has its number, and names the tests. `FOOTFALL_WRITE_DOCS=1` and the test program `hazards` write it again.
-It is about the STM32F4 boards. The [Raspberry Pi Pico](pico.md) has fewer protections, which its page names: what is shown here is not shown for it.
+It is about the STM32F4 boards. What is shown on the virtual board is shown with the image of the Discovery, in some tests also with that of the Black
+Pill; the image of the Nucleo is built, and no test runs it. The [Raspberry Pi Pico](pico.md) has fewer protections, which its page names: what is shown here is not shown for it.
 Words such as gate, arm and park pose are in the [glossary](glossary.md), the reactions to each fault of a sensor in
 [Sensor faults](sensor-faults.md). What H02, H03 and H09 mean to the joints, as angles of modelled servos, is in [Modelled servos](servos.md).
 ";
@@ -21,7 +22,8 @@ Words such as gate, arm and park pose are in the [glossary](glossary.md), the re
 const READING: &str = "\
 ## How to read the table
 
-- **limit**: the longest time from the fault to the start of the reaction. A ramp to the park pose takes up to 304 ms more; then the pulses end.
+- **limit**: the longest time from the fault to the start of the reaction. A ramp to the park pose takes up to 304 ms more with the
+  default limits, then the pulses end; with slower limits in the robot file up to 0.8 s more, and the pulses may end before the pose is reached.
 - **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them, or a test that reads the names in the linked image;
   *host* the computer that runs the tests; *virtual board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
 - **hardware**: shown with a board in the hand. *procedure* leads to one below that nobody has carried out yet.

@@ -3,19 +3,28 @@
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
-/// What an image does with the servos.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Drive {
-    /// Drives them.
-    Servos,
-    /// Shadow mode: runs everything and drives nothing.
-    Nothing,
+/// Which of a board's images: the features of Cargo that it has, and the options that choose them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::Args)]
+pub(crate) struct Variant {
+    /// Shadow mode: the image that runs everything and drives nothing
+    #[arg(long)]
+    pub(crate) shadow: bool,
+    /// The image that walks without a gait sensor: what a sensor reads is reported and stops nothing
+    #[arg(long)]
+    pub(crate) no_sensor: bool,
 }
 
-impl Drive {
-    /// Of the option `--shadow`.
-    pub(crate) fn unless(shadow: bool) -> Self {
-        if shadow { Self::Nothing } else { Self::Servos }
+impl Variant {
+    /// Drives the servos while the gait sensors are good.
+    pub(crate) const USUAL: Self = Self { shadow: false, no_sensor: false };
+    /// Drives nothing.
+    pub(crate) const SHADOW: Self = Self { shadow: true, no_sensor: false };
+
+    /// Its features.
+    pub(crate) fn features(self) -> impl Iterator<Item = &'static str> {
+        [(self.shadow, "shadow"), (self.no_sensor, "no-sensor")]
+            .into_iter()
+            .filter_map(|(has, name)| has.then_some(name))
     }
 }
 

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use sha2::{Digest, Sha256};
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::book;
 use crate::folder::empty_folder;
 use crate::setup::Need;
@@ -55,8 +55,8 @@ pub(crate) fn dist(options: &Options) -> Result<ExitCode> {
     let installed = release.join("bin").join(program.file_name().context("the program has no name")?);
     copy(&program, &installed)?;
     for board in Board::ALL {
-        for drive in [Drive::Nothing, Drive::Servos] {
-            let image = workspace.firmware(board, drive)?;
+        for variant in [Variant::SHADOW, Variant::USUAL] {
+            let image = workspace.firmware(board, variant)?;
             copy(&image.elf, &release.join("images").join(image.elf.file_name().context("the image has no name")?))?;
         }
     }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-use crate::board::{AnyBoard, Board, Drive};
+use crate::board::{AnyBoard, Board, Variant};
 use crate::dfu;
 use crate::image;
 use crate::option_bytes;
@@ -47,9 +47,8 @@ pub(crate) struct Options {
     /// Keep the parameter sectors that no option names, whoever's they are
     #[arg(long)]
     keep: bool,
-    /// Shadow mode: run everything, drive nothing
-    #[arg(long)]
-    shadow: bool,
+    #[command(flatten)]
+    variant: Variant,
     /// Write through the chip's USB boot loader with dfu-util, without a probe: BOOT0 high, then reset
     #[arg(long, conflicts_with = "drive")]
     dfu: bool,
@@ -93,7 +92,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     if options.dfu { dfu::require(board) } else { probe::require() }?;
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler])?;
-    let image = workspace.firmware(board, Drive::unless(options.shadow))?;
+    let image = workspace.firmware(board, options.variant)?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
     // Each sector is a download of its own: that of the program does not erase them.
     let (written, kept) = options.sectors(board);
@@ -124,13 +123,13 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
 /// The Pico's boot loader is a drive, which no probe and no program is needed for.
 fn flash_pico(options: &Options) -> Result<ExitCode> {
     ensure!(!options.dfu, "--dfu is for the STM32F4 boards; a Pico is written by its drive: remove it");
-    let Options { generator, sensor, robot, keep, shadow, drive, .. } = options;
+    let Options { generator, sensor, robot, keep, variant, drive, .. } = options;
     let image = pico::Options {
         generator: generator.clone(),
         sensor: sensor.clone(),
         robot: robot.clone(),
         keep: *keep,
-        shadow: *shadow,
+        variant: *variant,
     };
     pico::flash(&image, drive.as_deref())
 }

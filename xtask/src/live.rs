@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::probe;
 use crate::setup::Need;
 use crate::shell;
@@ -27,9 +27,8 @@ pub(crate) struct Options {
     /// The board that is connected, with this image on it: `cargo xtask flash` writes it
     #[arg(long, value_enum, default_value_t)]
     board: Board,
-    /// The image on it is that of the shadow mode
-    #[arg(long)]
-    shadow: bool,
+    #[command(flatten)]
+    variant: Variant,
     /// Without probe-rs: the board's serial port
     #[arg(long, value_name = "PORT", conflicts_with = "rtt")]
     serial: Option<PathBuf>,
@@ -72,7 +71,7 @@ pub(crate) fn live(options: &Options, used: Use) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     let elf = if probe || used.names_elf(if options.rtt.is_some() { "--rtt" } else { "--serial" }) {
         workspace.set_up(&[Need::BoardCompiler])?;
-        let image = workspace.firmware(options.board, Drive::unless(options.shadow))?;
+        let image = workspace.firmware(options.board, options.variant)?;
         eprintln!("image: {}, {}", image.elf.display(), image.footprint);
         Some(image.elf)
     } else {
@@ -178,7 +177,7 @@ mod tests {
     fn options_of_footfall_keep_their_order() {
         let words = "watch --board nucleo-f446re --shadow --json --secs 3";
         let options = Parsed::try_parse_from(words.split(' ')).unwrap().options;
-        assert_eq!((options.board, options.shadow), (Board::NucleoF446re, true));
+        assert_eq!((options.board, options.variant), (Board::NucleoF446re, Variant::SHADOW));
         assert_eq!(options.footfall, ["--json", "--secs", "3"]);
         assert!(Parsed::try_parse_from(["watch", "--serial", "a", "--rtt", "b"]).is_err());
     }

@@ -44,7 +44,7 @@ use std::process::ExitCode;
 use clap::builder::PossibleValuesParser;
 use clap::{Parser, Subcommand};
 
-use board::{Board, Drive};
+use board::{Board, Variant};
 use setup::Need;
 use workspace::Workspace;
 
@@ -78,9 +78,8 @@ enum Task {
         /// The board to build for
         #[arg(long, value_enum, default_value_t)]
         board: Board,
-        /// Shadow mode: run everything, drive nothing
-        #[arg(long)]
-        shadow: bool,
+        #[command(flatten)]
+        variant: Variant,
     },
     /// Build the firmware for the Raspberry Pi Pico as a file for its USB drive, without a Pico (`flash --board pico` writes it)
     Pico(pico::Options),
@@ -128,10 +127,10 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::Watch(options) => live::live(&options, live::Use::Watch),
         Task::Record(options) => live::live(&options, live::Use::Record),
         Task::Board { action } => board_sectors::board(&action),
-        Task::Build { board, shadow } => {
+        Task::Build { board, variant } => {
             let mut workspace = Workspace::open()?;
             workspace.set_up(&[Need::BoardCompiler])?;
-            let built = workspace.firmware(board, Drive::unless(shadow))?;
+            let built = workspace.firmware(board, variant)?;
             println!("{}: {}, {}", board.feature(), built.elf.display(), built.footprint);
             Ok(ExitCode::SUCCESS)
         }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-use crate::board::Drive;
+use crate::board::Variant;
 use crate::bootsel;
 use crate::image::{self, Part};
 use crate::probe::{SECTOR_BYTES, Sector};
@@ -46,16 +46,15 @@ pub(crate) struct Options {
     /// Leave the records on the board that no option names as they are, whoever's they are
     #[arg(long)]
     pub(crate) keep: bool,
-    /// Shadow mode: run everything, drive nothing
-    #[arg(long)]
-    pub(crate) shadow: bool,
+    #[command(flatten)]
+    pub(crate) variant: Variant,
 }
 
 /// Builds the file and prints where it is.
 pub(crate) fn pico(options: &Options) -> Result<ExitCode> {
     println!("{}", file(options)?.display());
     eprintln!(
-        "next: hold BOOTSEL while you plug the Pico in, then copy this file to its drive RPI-RP2; `cargo xtask flash --board pico` does both"
+        "next: hold BOOTSEL while you plug the Pico in, then copy this file to its drive RPI-RP2; `cargo xtask flash --board pico` copies it"
     );
     Ok(ExitCode::SUCCESS)
 }
@@ -80,7 +79,7 @@ fn file(options: &Options) -> Result<PathBuf> {
     workspace.set_up(&[Need::BoardCompiler])?;
     // First what may be refused.
     let records = records(&workspace, options)?;
-    let elf = build(&workspace, Drive::unless(options.shadow))?;
+    let elf = build(&workspace, options.variant)?;
     let mut parts = program(&elf)?;
     parts.extend(records);
     let file = elf.with_extension("uf2");
@@ -98,14 +97,12 @@ pub(crate) fn install_emulator() -> Result<()> {
 }
 
 /// Builds the program, checks it, and copies its ELF file under a name of its own.
-pub(crate) fn build(workspace: &Workspace, drive: Drive) -> Result<PathBuf> {
+pub(crate) fn build(workspace: &Workspace, variant: Variant) -> Result<PathBuf> {
     workspace.toolchain()?.ready_for(SMALLEST_TARGET)?;
-    let (name, options): (_, &[&str]) = match drive {
-        Drive::Servos => ("firmware-pico", &[]),
-        Drive::Nothing => ("firmware-pico-shadow", &["--features", "shadow"]),
-    };
+    let features: Vec<&str> = variant.features().collect();
+    let name = std::iter::once("firmware-pico").chain(features.iter().copied()).collect::<Vec<_>>().join("-");
     eprintln!("build: {name}");
-    let cargo = workspace.smallest_build("firmware-rp2040", options)?;
+    let cargo = workspace.smallest_build("firmware-rp2040", &["--features", &features.join(",")])?;
     let built =
         progress::build(vec![Build { label: "firmware for the Pico", cargo, executables: &["firmware-rp2040"] }])?;
     let built = built.into_iter().flatten().next().context("the build made no program")?;
@@ -117,7 +114,7 @@ pub(crate) fn build(workspace: &Workspace, drive: Drive) -> Result<PathBuf> {
     let footprint = image::footprint(&elf).map_err(wrong)?;
     let images = workspace.target_dir.join("images");
     std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
-    let copy = images.join(name).with_extension("elf");
+    let copy = images.join(&name).with_extension("elf");
     write(&copy, &elf)?;
     eprintln!("image: {}, {footprint}", copy.display());
     Ok(copy)

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -28,7 +28,7 @@ const RUN: [&str; 5] = ["watch", "--json", "--secs", "12", "--disarm"];
 pub(crate) fn ratchet(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let image = workspace.firmware(Board::F4Discovery, Drive::Servos)?;
+    let image = workspace.firmware(Board::F4Discovery, Variant::USUAL)?;
     let virtual_board = workspace.virtual_board()?;
     let footfall = workspace.footfall()?;
     let reason = options.reason.as_deref().filter(|_| options.write);

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, ValueEnum};
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::{Commands, Workspace};
@@ -24,9 +24,8 @@ pub(crate) struct Options {
     /// The board: f4-discovery or black-pill-f411, which the virtual board models [default: f4-discovery]
     #[arg(long, value_enum)]
     board: Option<Board>,
-    /// Shadow mode: run the image that computes everything and drives nothing
-    #[arg(long)]
-    shadow: bool,
+    #[command(flatten)]
+    variant: Variant,
     /// Every other option goes to `footfall watch`, for example --secs N, --trace FILE, --json
     #[arg(value_name = "OPTIONS OF FOOTFALL WATCH", trailing_var_arg = true, allow_hyphen_values = true)]
     watch: Vec<String>,
@@ -36,7 +35,7 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<ExitCode> {
     // Wrong input, as that which clap itself finds.
     let wrong = |why: String| -> ! { Options::command().error(ErrorKind::InvalidValue, why).exit() };
-    let Arguments { help, shadow, board, watch: arguments } = Arguments::of(options).unwrap_or_else(|why| wrong(why));
+    let Arguments { help, variant, board, watch: arguments } = Arguments::of(options).unwrap_or_else(|why| wrong(why));
     if help {
         Options::command().print_help()?;
         return Ok(ExitCode::SUCCESS);
@@ -46,7 +45,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode> {
     }
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let built = workspace.image_and_host_programs(board, Drive::unless(shadow), commands(&arguments))?;
+    let built = workspace.image_and_host_programs(board, variant, commands(&arguments))?;
     eprintln!("image: {}, {}", built.image.elf.display(), built.image.footprint);
 
     let mut watch = shell::command(built.footfall);
@@ -63,11 +62,11 @@ fn commands(watch: &[&str]) -> Commands {
     if names.next().is_some() { Commands::All } else { Commands::Watch }
 }
 
-/// The command line, sorted: `--board`, `--shadow` and `--help` count wherever they stand before `--`; the virtual board's own options follow it.
+/// The command line, sorted: `--board`, `--shadow`, `--no-sensor` and `--help` count wherever they stand before `--`; the virtual board's own options follow it.
 #[derive(Debug, PartialEq, Eq)]
 struct Arguments<'a> {
     help: bool,
-    shadow: bool,
+    variant: Variant,
     board: Board,
     watch: Vec<&'a str>,
 }
@@ -77,7 +76,7 @@ impl<'a> Arguments<'a> {
         let mut words = options.watch.iter().map(String::as_str).enumerate();
         let before_dashes = options.watch.iter().position(|word| word == "--").unwrap_or(options.watch.len());
         let board = options.board.unwrap_or_default();
-        let mut arguments = Arguments { help: false, shadow: options.shadow, board, watch: Vec::new() };
+        let mut arguments = Arguments { help: false, variant: options.variant, board, watch: Vec::new() };
         let named = |name: &str| Board::from_str(name, false).map_err(|_| unknown_board(name));
         while let Some((index, word)) = words.next() {
             match word {
@@ -87,7 +86,8 @@ impl<'a> Arguments<'a> {
                 _ if index < before_dashes && word.starts_with("--board=") => {
                     arguments.board = named(&word["--board=".len()..])?
                 }
-                "--shadow" if index < before_dashes => arguments.shadow = true,
+                "--shadow" if index < before_dashes => arguments.variant.shadow = true,
+                "--no-sensor" if index < before_dashes => arguments.variant.no_sensor = true,
                 "--help" | "-h" if index < before_dashes => arguments.help = true,
                 _ => arguments.watch.push(word),
             }
@@ -108,8 +108,8 @@ mod tests {
     fn arguments(words: &str) -> (bool, bool, String) {
         let words = std::iter::once("run").chain(words.split_whitespace());
         let options = Options::try_parse_from(words).unwrap();
-        let Arguments { help, shadow, watch, .. } = Arguments::of(&options).unwrap();
-        (help, shadow, watch.join(" "))
+        let Arguments { help, variant, watch, .. } = Arguments::of(&options).unwrap();
+        (help, variant.shadow, watch.join(" "))
     }
 
     #[test]
@@ -123,6 +123,10 @@ mod tests {
         assert_eq!(arguments("--shadow --secs 3"), (false, true, "--secs 3".into()));
         assert_eq!(arguments("--secs 3 --shadow --json"), (false, true, "--secs 3 --json".into()));
         assert_eq!(arguments("--json -- --shadow"), (false, false, "--json -- --shadow".into()));
+        let variant = |words: [&str; 4]| Arguments::of(&Options::try_parse_from(words).unwrap()).unwrap().variant;
+        assert_eq!(variant(["run", "--no-sensor", "--json", "--shadow"]), Variant { shadow: true, no_sensor: true });
+        assert_eq!(variant(["run", "--json", "--no-sensor", "--pace"]), Variant { no_sensor: true, ..Variant::USUAL });
+        assert_eq!(variant(["run", "--json", "--", "--no-sensor"]), Variant::USUAL);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::board_flags;
 use crate::image::{self, Footprint};
 use crate::progress::{self, Build};
@@ -128,8 +128,8 @@ impl Workspace {
     }
 
     /// The firmware for a board.
-    pub(crate) fn firmware(&self, board: Board, drive: Drive) -> Result<Image> {
-        self.firmware_with(&features(board, drive))
+    pub(crate) fn firmware(&self, board: Board, variant: Variant) -> Result<Image> {
+        self.firmware_with(&features(board, variant))
     }
 
     /// The firmware for the Discovery that walks without a gait sensor, and not while a debugger is attached: the features `no-sensor` and
@@ -145,8 +145,13 @@ impl Workspace {
     }
 
     /// What `cargo xtask run` needs, built side by side. The two programs for the host are one build, because they share most crates.
-    pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive, commands: Commands) -> Result<Programs> {
-        let features = features(board, drive);
+    pub(crate) fn image_and_host_programs(
+        &self,
+        board: Board,
+        variant: Variant,
+        commands: Commands,
+    ) -> Result<Programs> {
+        let features = features(board, variant);
         eprintln!("build: virtual-board and footfall, firmware for {features} (the first time takes minutes)");
         let mut host = host_build("virtual-board and footfall", &["virtual-board", "footfall"], &[]);
         if commands == Commands::Watch {
@@ -164,7 +169,7 @@ impl Workspace {
     pub(crate) fn firmware_in(&self, root: &Path, board: Board) -> Result<PathBuf> {
         let toolchain = self.toolchain()?;
         let target_dir = root.join("target");
-        let mut build = self.firmware_build(&features(board, Drive::Servos))?;
+        let mut build = self.firmware_build(&features(board, Variant::USUAL))?;
         let (name, flags) = board_flags::variable(root, &target_dir, TARGET, &toolchain.library())?;
         build.cargo.env(name, flags).env("CARGO_TARGET_DIR", toolchain.target_dir(&target_dir)).current_dir(root);
         build.label = "firmware in another folder";
@@ -255,11 +260,9 @@ fn sealed(built: &Path, copy: &Path) -> Result<Vec<u8>> {
     Ok(elf)
 }
 
-fn features(board: Board, drive: Drive) -> String {
-    match drive {
-        Drive::Servos => board.feature().to_owned(),
-        Drive::Nothing => format!("{},shadow", board.feature()),
-    }
+fn features(board: Board, variant: Variant) -> String {
+    let all: Vec<&str> = std::iter::once(board.feature()).chain(variant.features()).collect();
+    all.join(",")
 }
 
 /// The Python package, whose wheel needs every dependency of `footfall`, with the same features or more.

@@ -21,7 +21,7 @@
 //!
 //! Below its tolerance a condition is only counted. A count rises by one in each bad period and falls by one in each good
 //! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short. At rest the count of a sensor is
-//! at most that of the default tolerance: a sensor that is good for 51 ms arms, however long it was bad. A person makes
+//! at most that of the default tolerance: a sensor that is good for 49 ms arms, however long it was bad. A person makes
 //! strides while the follower is locked, or bridges a fault of its sensor. Only a lock that lasts for [`WALK_S`] ends the time of the stand: a movement that is no
 //! walk, such as a hand that waves the sensor, is locked to now and then for a stride or two, and moves the joints.
 //!
@@ -54,7 +54,7 @@ pub struct MonitorConfig {
     /// Whether the gait sensors must be good to move; default true. False is for a generator that needs no sensor: validities and angles are
     /// still reported, but have no effect on the supervisor.
     pub sensor_required: bool,
-    /// Time for which a required sensor may be not good while moving, s; 0 to 60, default 0.05. Of a follower, which continues without a sensor
+    /// Time for which a required sensor may be not good while moving, s; 0 to 60, default 0.048. Of a follower, which continues without a sensor
     /// for a limited time and then stands, [`crate::FOLLOWER_LOST_MS`].
     pub sensor_tolerance_s: f32,
     /// Time for which the person whom a follower follows may make no stride while the outputs are on, s; [`FollowerRules::STAND_S`], default 10.

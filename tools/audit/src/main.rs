@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 what was asked for holds, 1 it does not, 2 the command line or a file is wrong.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -82,6 +83,14 @@ fn read(elf: &Path) -> Result<Image> {
     Image::parse(&bytes).with_context(|| format!("in {}", elf.display()))
 }
 
+/// Writes text to standard output. A reader that closes the pipe early is no failure.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error).context("writing the output"),
+        _ => Ok(()),
+    }
+}
+
 fn perform(task: Task) -> Result<()> {
     match task {
         Task::Panics { elf } => {
@@ -90,24 +99,25 @@ fn perform(task: Task) -> Result<()> {
                 let followed = panics::none_reachable(&image, &Calls::of(&image)?)
                     .with_context(|| format!("in {}", elf.display()))?;
                 let roots = panics::ROOTS.len();
-                println!("{}: no panic is reachable from {roots} roots, over {followed} functions", elf.display());
+                let elf = elf.display();
+                print(&format!("{elf}: no panic is reachable from {roots} roots, over {followed} functions\n"))?;
             }
         }
         Task::Stack { elf } => {
             let image = read(&elf)?;
-            print!("{}", stack::bound(&image, &Calls::of(&image)?)?);
+            print(&stack::bound(&image, &Calls::of(&image)?)?.to_string())?;
         }
         Task::Paths { elf } => {
             let here = std::env::current_dir().context("reading the working directory")?;
             for elf in elf {
                 let found = paths::absolute(&read(&elf)?, &here.to_string_lossy());
                 ensure!(found.is_empty(), "{} has paths of this computer:\n  {}", elf.display(), found.join("\n  "));
-                println!("{}: no absolute path in the loaded bytes", elf.display());
+                print(&format!("{}: no absolute path in the loaded bytes\n", elf.display()))?;
             }
         }
         Task::Same { one, other } => {
             let bytes = paths::same(&read(&one)?, &read(&other)?)?;
-            println!("the same {bytes} bytes");
+            print(&format!("the same {bytes} bytes\n"))?;
         }
         Task::Ratchet { elf, run, root, write: _, reason } => ratchet(&elf, &run, &root, reason.as_deref())?,
     }
@@ -153,13 +163,14 @@ fn ratchet(elf: &Path, run: &Path, root: &Path, reason: Option<&str>) -> Result<
         (before, Some(reason)) => {
             let written = Baseline::written(before.as_ref(), &all, &image.compiler, reason);
             std::fs::write(&file, written.text()?).with_context(|| format!("writing {}", file.display()))?;
-            print!("{}", written.compare(&all, &image.compiler)?);
+            print(&written.compare(&all, &image.compiler)?)?;
         }
         (Some(before), None) => {
             let table = before.compare(&all, &image.compiler)?;
-            print!("{table}");
+            print(&table)?;
             if before.compiler != image.compiler {
-                println!("the file has numbers of {}, the image is by {}", before.compiler, image.compiler);
+                let (file, now) = (&before.compiler, &image.compiler);
+                print(&format!("the file has numbers of {file}, the image is by {now}\n"))?;
             }
         }
         (None, None) => bail!("there is no ratchets.toml"),

@@ -170,8 +170,8 @@ fn search(result: &Value) -> Result<String> {
     let floor = number(&search["floor_ns"])?;
     let mut text = String::from(
         "\n## The thesis' search\n\n5 s of the four-joint network for each individual, Runge-Kutta. 100,000 individuals are 98 different ones again and again, the new ones of a \
-         generation;\nthey fill vectors of four to 98 % on one core and to 94 % on two.\n\n\
-         | | ns a network step | / floor | seconds | processor time, s | cores busy |\n|---|---|---|---|---|---|\n",
+         generation;\na vector holds four of them, and the vectors are full to 98 % on one core and to 94 % on two.\n\n\
+         | | ns a network step and core | / floor | seconds | processor time, s | cores busy |\n|---|---|---|---|---|---|\n",
     );
     let _ = writeln!(text, "| floor | {floor} | 1 | | | |");
     for kernel in search["kernel"].as_array().context("no kernel")? {

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::counted::row;
 use super::{beside_c, page};
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -121,7 +121,7 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
     let programs = Programs {
-        elf: workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf,
+        elf: workspace.firmware(Board::F4Discovery, Variant::USUAL)?.elf,
         virtual_board: workspace.virtual_board()?,
         footfall: workspace.footfall()?,
         board_cost: workspace.board_cost()?,

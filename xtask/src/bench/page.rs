@@ -40,14 +40,14 @@ pub(super) fn page(result: &Value) -> Result<String> {
     );
     let _ = writeln!(
         text,
-        "What the manual of the flash leaves open changes the median of the tick in the first set-up from {} to {other} modelled cycles.\n",
+        "The manual of the flash does not say whether a prefetched line goes into the cache. The model says no; if it does, the median of the tick in the\nfirst set-up is not {} but {other} modelled cycles.\n",
         number(&tick["cycles"]["median"])?
     );
     let reason = name(&result["reason"]).context("the reason of the numbers")?;
     let _ = writeln!(text, "Why they changed the last time: {reason}.\n");
     text += "## A tick in each set-up\n\n";
     text += "A tick is the interrupt at the end of the samples and the control task. The last column is all code, with the tasks below the tick and\n\
-             the other interrupts, as a part of the processor's time.\n\n";
+             the other interrupts, as a part of the processor's time, the mean over the run.\n\n";
     text += "| set-up | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of 1 ms, at most | all code |\n|---|---|---|---|---|\n";
     let period = number(&result["hclk_hz"])? / 1000;
     let set_ups = result["set_ups"].as_array().context("no set-ups")?;
@@ -78,7 +78,8 @@ pub(super) fn page(result: &Value) -> Result<String> {
     }
     text += &beside_c(&result["beside_c"])?;
     text += "\n## Each part\n\nA row of the thread is a round of the telemetry task, 2 ms; one of an interrupt is a call of its handler; one of the control period is all\n\
-             code in a millisecond.\n";
+             code in a millisecond. A maximum above the cycles of a millisecond would go on in the next one on a chip: the thread, which ticks interrupt. The virtual\n\
+             board gives each instruction one cycle, so that more fits into its milliseconds.\n";
     for set_up in set_ups {
         let _ = write!(
             text,
@@ -97,7 +98,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
             );
         }
     }
-    text += "\n## Memory\n\nIn bytes. The stack has the rest of the RAM. Its use is that of the first set-up, by a pattern that the start-up code writes; its bound is that\n\
+    text += "\n## Memory\n\nIn bytes. The stack has 92 KiB of the 128 of the RAM (`memory.x`), variables and buffers 36 at most. Its use is that of the first set-up, by a pattern that the start-up code writes; its bound is that\n\
              of [the audit](ratchets.md).\n\n| flash | variables and buffers | stack, bound | stack, used | stack, size |\n|---|---|---|---|---|\n";
     let image = &result["image"];
     let bytes = ["flash_bytes", "static_ram_bytes", "stack_bound_bytes", "stack_used_bytes", "stack_bytes"];

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use crate::board::Drive;
+use crate::board::Variant;
 use crate::pico;
 use crate::setup::Need;
 use crate::shell;
@@ -13,7 +13,7 @@ pub(super) fn bench() -> Result<()> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::Node])?;
     pico::install_emulator()?;
-    let elf = pico::build(&workspace, Drive::Servos)?;
+    let elf = pico::build(&workspace, Variant::USUAL)?;
     let uf2 = pico::with_default_robot(&workspace, &elf)?;
     let mut profile = shell::command("node");
     profile.arg("profile.mjs").args([&uf2, &elf]).current_dir(pico::EMULATOR);

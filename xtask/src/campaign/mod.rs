@@ -11,7 +11,7 @@ use std::process::{Command, ExitCode, Stdio};
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::probe::Sector;
 use crate::record;
 use crate::setup::Need;
@@ -68,7 +68,7 @@ pub(crate) struct Options {
 pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let image = workspace.firmware(Board::F4Discovery, Drive::Servos)?;
+    let image = workspace.firmware(Board::F4Discovery, Variant::USUAL)?;
     let robot = record::path_of(&workspace, Sector::Robot);
     record::pack_default_robot(&workspace, &robot)?;
     let own = if options.registers { REGISTERS } else { FAULTS };

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::probe::Sector;
 use crate::record;
 use crate::setup::Need;
@@ -52,7 +52,7 @@ fn hours(text: &str) -> Result<f64, String> {
 pub(crate) fn soak(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let elf = workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf;
+    let elf = workspace.firmware(Board::F4Discovery, Variant::USUAL)?.elf;
     let robot = record::path_of(&workspace, Sector::Robot);
     record::pack_default_robot(&workspace, &robot)?;
     let bench = Bench { robot, virtual_board: workspace.virtual_board()?, footfall: workspace.footfall()?, elf };

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 
 use super::state::{CannotRun, State, passed, tests};
 use crate::bench;
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::ratchet;
 use crate::shell;
 
@@ -16,7 +16,7 @@ pub(super) fn image_audit(state: &State) -> Result<String> {
     let audit = state.workspace.audit()?;
     let mut images = vec![state.image()?.to_owned(), state.shadow()?.to_owned()];
     for board in Board::ALL.into_iter().filter(|&board| board != Board::F4Discovery) {
-        images.push(state.workspace.firmware(board, Drive::Servos)?.elf);
+        images.push(state.workspace.firmware(board, Variant::USUAL)?.elf);
     }
     for task in ["panics", "paths"] {
         shell::must_succeed(shell::command(&audit).arg(task).args(&images), &format!("audit {task}"))?;

@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use anyhow::Result;
 
 use super::state::{CannotRun, State, passed, tests};
-use crate::board::Drive;
+use crate::board::Variant;
 use crate::pico;
 use crate::setup::Need;
 use crate::shell;
@@ -22,7 +22,7 @@ pub(super) fn on_the_emulator(state: &State) -> Result<String> {
     }
     let mut patches = shell::command("node");
     shell::must_succeed(patches.arg("--test").current_dir(pico::EMULATOR), "the checks of the emulator's patches")?;
-    let elf = pico::build(&state.workspace, Drive::Servos)?;
+    let elf = pico::build(&state.workspace, Variant::USUAL)?;
     let uf2 = pico::with_default_robot(&state.workspace, &elf)?;
     let mut floats = shell::command("node");
     floats.arg("float.mjs").args([&uf2, &elf]).arg(PAIRS).current_dir(pico::EMULATOR);

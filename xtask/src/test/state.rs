@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 
 use super::counts::Counts;
 use super::programs;
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::self_test::SelfTest;
 use crate::setup::{REQUIRE, Required};
 use crate::shell;
@@ -55,11 +55,11 @@ impl State {
     }
 
     pub(super) fn image(&self) -> Result<&Path> {
-        build_once(&self.image, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf))
+        build_once(&self.image, || Ok(self.workspace.firmware(Board::F4Discovery, Variant::USUAL)?.elf))
     }
 
     pub(super) fn shadow(&self) -> Result<&Path> {
-        build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
+        build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Variant::SHADOW)?.elf))
     }
 
     /// The image with the features `no-sensor` and `no-debugger`.
@@ -69,7 +69,7 @@ impl State {
 
     /// The image of the Black Pill, the other board that the virtual board models.
     pub(super) fn black_pill(&self) -> Result<&Path> {
-        build_once(&self.black_pill, || Ok(self.workspace.firmware(Board::BlackPillF411, Drive::Servos)?.elf))
+        build_once(&self.black_pill, || Ok(self.workspace.firmware(Board::BlackPillF411, Variant::USUAL)?.elf))
     }
 
     pub(super) fn virtual_board(&self) -> Result<&Path> {

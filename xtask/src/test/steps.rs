@@ -16,7 +16,7 @@ use super::pico;
 use super::programs;
 use super::python::{self, Environment};
 use super::state::{CannotRun, State, cargo, passed, tests};
-use crate::board::{Board, Drive};
+use crate::board::{Board, Variant};
 use crate::emulated;
 use crate::self_test;
 use crate::setup::{Need, REQUIRE};
@@ -398,12 +398,12 @@ fn virtual_board(state: &State) -> Result<String> {
 
 fn images(state: &State) -> Result<String> {
     let mut sizes = Vec::new();
-    let shadow = state.workspace.firmware(Board::F4Discovery, Drive::Nothing)?;
+    let shadow = state.workspace.firmware(Board::F4Discovery, Variant::SHADOW)?;
     let _ = state.shadow.set(shadow.elf);
     let without_sensor = state.workspace.firmware_without_sensor()?;
     let _ = state.without_sensor.set(without_sensor.elf);
     for board in Board::ALL {
-        let image = state.workspace.firmware(board, Drive::Servos)?;
+        let image = state.workspace.firmware(board, Variant::USUAL)?;
         // One such routine in a tick costs as much as fifty in single precision, and no other test shows it.
         ensure!(
             image.double_precision.is_empty(),

@@ -31,7 +31,7 @@ pub struct BoardSupply {
     /// f4-discovery]
     #[arg(long, value_name = "NAME", value_parser = one_of([0, 1, 2, 3], |n| ALL[n].0))]
     board: Option<usize>,
-    /// Lowest supply of the chip if that of the robot file, `min_supply`, is higher than that of the board
+    /// Lowest supply of the chip if that of the robot file, `min_supply_v`, is higher than that of the board
     #[arg(long, value_name = "V", value_parser = number(MIN_SUPPLY.0..=MAX_SUPPLY.0, " V"))]
     min_supply: Option<f32>,
 }
