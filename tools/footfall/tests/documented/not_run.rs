@@ -24,6 +24,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --secs 5 -- --script dip.toml --save-flash 0x08004000=sector.bin",
             "cargo xtask run --pace -- --serial",
             "cargo xtask build",
+            "cargo xtask build --board NAME",
             "cargo xtask pico",
             "cargo xtask test --only pico",
             "cargo xtask bench pico",
