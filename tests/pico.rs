@@ -361,7 +361,9 @@ fn a_request_over_usb_changes_the_speed() {
     let [with, without] = [boot, &unasked].map(|boot| boot.replay(&GeneratorConfig::default_walk()));
     let at = effect as usize + 200;
     assert_ne!(with[at].setpoints, without[at].setpoints);
-    report!("staged at tick {staged}, in effect at {effect}");
+    let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
+    assert!(longest < MOST_CYCLES, "{longest} cycles");
+    report!("staged at tick {staged}, in effect at {effect}; longest tick {longest} cycles");
 }
 
 fn damaged_requests_are_counted_and_change_nothing() {

@@ -11,7 +11,7 @@ use heapless::spsc::{Consumer, Producer};
 /// What `capacity` is for a queue of the length 0, one less than the length: there is none.
 const NO_QUEUE: usize = usize::MAX;
 
-/// Puts an item at the end; false if there was no place for it. A closure makes the item, so that it is copied only once, into its place.
+/// Puts an item at the end; false if there was no place for it. A closure makes the item, so that nothing is copied where there is no place.
 #[inline(always)]
 pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: impl FnOnce() -> T) -> bool {
     queue.capacity() != NO_QUEUE && queue.ready() && queue.enqueue(item()).is_ok()
