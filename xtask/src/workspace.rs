@@ -296,6 +296,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn each_variant_has_its_features_and_each_feature_is_one_of_both_families() {
+        let of = |shadow, no_sensor| features(Board::F4Discovery, Variant { shadow, no_sensor });
+        assert_eq!(of(false, false), "f4-discovery");
+        assert_eq!(of(true, false), "f4-discovery,shadow");
+        assert_eq!(of(false, true), "f4-discovery,no-sensor");
+        assert_eq!(of(true, true), "f4-discovery,shadow,no-sensor");
+        for family in ["firmware", "firmware-rp2040"] {
+            let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(family).join("Cargo.toml");
+            let text = std::fs::read_to_string(manifest).unwrap();
+            for feature in (Variant { shadow: true, no_sensor: true }).features() {
+                assert!(text.contains(&format!("\n{feature} = [")), "{family} has no feature {feature}");
+            }
+        }
+    }
+
+    #[test]
     fn a_build_without_a_toolchain_is_refused() {
         let workspace =
             Workspace { target_dir: "target".into(), started_in: ".".into(), strict: false, toolchain: None };
