@@ -26,7 +26,7 @@ fn is_of_a_chip(word: &str) -> bool {
         ('a'..='k').any(|port| number_after(&format!("p{port}")).is_some_and(|digits| (1..=2).contains(&digits)));
     let is_peripheral = PERIPHERALS.iter().any(|name| number_after(name).is_some_and(|digits| digits > 0));
     let is_document = DOCUMENTS.iter().any(|kind| number_after(kind) == Some(4));
-    let is_chip = ["stm32", "cortex", "0x1fff"].iter().any(|begin| lower.starts_with(begin));
+    let is_chip = ["stm32", "rp2040", "cortex", "0x1fff"].iter().any(|begin| lower.starts_with(begin));
     // `vrefint` in small letters is the loop's name for the code of the internal reference.
     is_chip || is_pin || is_peripheral || is_document || ["dma", "exti"].contains(&lower.as_str()) || word == "VREFINT"
 }
@@ -46,6 +46,7 @@ fn chip_words(text: &str) -> Vec<(usize, &str)> {
 fn words_of_a_chip_are_recognised() {
     for word in [
         "STM32F407",
+        "RP2040",
         "Cortex",
         "PA1",
         "PC13",

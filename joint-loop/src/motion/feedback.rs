@@ -113,8 +113,8 @@ impl Feedback {
     /// What is added to the targets in a tick, rad, before its weight. `tick` and `elapsed` count periods since the boot and since the tick before,
     /// `before` are the setpoints of the tick before; `measured` gives the angle of a channel, `None` while its sample is not good.
     ///
-    /// Frames and ticks start together on a board: a pulse has the width of a tick whose number is one less than a multiple of the frame (on the RP2040
-    /// of the next one).
+    /// Frames and ticks start together on a board: a pulse has the width of a tick whose number is one less than a multiple of the frame, or
+    /// of the next one, as the firmware's timer has it.
     pub(crate) fn step(
         &self,
         state: &mut FeedbackState,
