@@ -80,8 +80,8 @@ mod boot {
     use crate::serial::{self, REQUESTS_QUEUED};
     use crate::servo_pwm::{self, Outputs};
     use crate::tasks::control::{
-        self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED,
-        TICKS_A_FRAME,
+        self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FIRST_RECORD, FRAMES_QUEUED, RECORDS_QUEUED,
+        SAMPLES_QUEUED, TICKS_A_FRAME,
     };
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
@@ -187,7 +187,7 @@ mod boot {
             settings: settings_in,
             conditions: conditions_in,
             ticks_to_settings: 1,
-            ticks_to_record: 1,
+            ticks_to_record: FIRST_RECORD,
             locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::wrong_brown_out_reset().is_some(),
             pacer: Pacer::default(),
             compared: 0,

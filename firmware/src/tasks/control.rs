@@ -38,6 +38,11 @@ use crate::watchdog_clock;
 
 /// One frame in this many ticks goes to telemetry: 100 Hz.
 pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
+/// The first tick with a frame for the serial port, and then one in as many as the setting says. It and the others that copy or show something have
+/// ticks of their own: settings 1, what follows them 2, lamps 5, telemetry's frame 10.
+pub(crate) const FIRST_RECORD: u32 = 6;
+/// Ticks from the lamps to telemetry's frame: they are set 100 times a second.
+const TICKS_AFTER_LAMPS: u8 = 5;
 /// Samples of half a frame period more than the longest pause of telemetry that the watchdog allows.
 pub(crate) const SAMPLES_QUEUED: usize = 64;
 /// Edges of a 1 kHz line over half a frame period more than the longest pause of telemetry that the watchdog allows.
@@ -208,18 +213,10 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
     // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
     BOARD.sync_output.set(time_code::level(tick));
-    let shown = match state {
-        SupervisorState::Fault => Shown::Fault,
-        _ if control.locked_out || program::is_wrong() || control.joint_loop.wrong_watchdog_clock().is_some() => {
-            Shown::LockedOut
-        }
-        _ if control.joint_loop.awaits_stop_test() => Shown::StopUntested,
-        SupervisorState::TrimReady => Shown::TrimReady,
-        _ if command.pulses.is_none() => Shown::Disarmed,
-        _ if SHADOW => Shown::Shadow,
-        _ => Shown::Armed,
-    };
-    lamps::show(shown, tick);
+    if control.ticks_to_frame == TICKS_AFTER_LAMPS {
+        cold_path();
+        lamps::show(control.shown(state, command.pulses.is_some()), tick);
+    }
     control.report(&sample, tick);
     control.report_edges(tick, measured.triggered_us);
     CONTROL.count();
@@ -230,6 +227,21 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 }
 
 impl Control {
+    /// What the lamps show.
+    fn shown(&self, state: SupervisorState, pulses: bool) -> Shown {
+        match state {
+            SupervisorState::Fault => Shown::Fault,
+            _ if self.locked_out || program::is_wrong() || self.joint_loop.wrong_watchdog_clock().is_some() => {
+                Shown::LockedOut
+            }
+            _ if self.joint_loop.awaits_stop_test() => Shown::StopUntested,
+            SupervisorState::TrimReady => Shown::TrimReady,
+            _ if !pulses => Shown::Disarmed,
+            _ if SHADOW => Shown::Shadow,
+            _ => Shown::Armed,
+        }
+    }
+
     fn report(&mut self, sample: &Sample<SENSORS>, tick: u32) {
         let mut dropped = u32::from(!queue::put(&mut self.samples, || (tick, *sample)));
         let now = (self.joint_loop.state(), self.joint_loop.frame().cause);

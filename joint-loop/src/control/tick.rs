@@ -145,14 +145,51 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
     /// Frame of the last tick.
     #[must_use]
+    #[inline(always)]
     pub fn frame(&self) -> Frame<S> {
-        self.frame
+        // Field by field: a copy of more than 64 bytes at once is a call that takes one word a turn.
+        let Frame {
+            seq,
+            tick,
+            state,
+            cause,
+            measured,
+            validity,
+            following,
+            setpoints,
+            pulses,
+            late,
+            missed,
+            overruns,
+            limited,
+            limited_ticks,
+            setpoint_hash,
+        } = self.frame;
+        Frame {
+            seq,
+            tick,
+            state,
+            cause,
+            measured,
+            validity,
+            following,
+            setpoints,
+            pulses,
+            late,
+            missed,
+            overruns,
+            limited,
+            limited_ticks,
+            setpoint_hash,
+        }
     }
 
     /// What was not as it should be, counted since the boot.
     #[must_use]
+    #[inline(always)]
     pub fn conditions(&self) -> Conditions<S> {
-        Conditions { tick: self.frame.tick, supply_dips: self.supply_state.dips, sensors: self.sensor_counts }
+        let sensors = self.sensor_counts.map(SensorCounts::by_fields);
+        Conditions { tick: self.frame.tick, supply_dips: self.supply_state.dips, sensors }
     }
 
     /// State of the supervisor after the last tick.

@@ -29,6 +29,13 @@ impl SensorCounts {
     /// None.
     pub const NONE: Self = Self { changes: 0, bad: [0; BAD] };
 
+    /// A copy, see [`Frame::by_fields`](crate::Frame).
+    #[inline(always)]
+    pub(crate) fn by_fields(self) -> Self {
+        let Self { changes, bad } = self;
+        Self { changes, bad }
+    }
+
     /// Adds a tick, `elapsed` periods after the one before; `before` is `None` in the first tick, which is no change.
     pub(crate) fn note(&mut self, before: Option<Validity>, now: Validity, elapsed: u32) {
         if before.is_some_and(|before| before != now) {

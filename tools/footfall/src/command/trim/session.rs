@@ -18,6 +18,9 @@ use crate::failure::Failure;
 /// Ticks after which the last jog is repeated: a board ends a trim whose host is silent.
 const REPEAT: u32 = 1_000;
 
+/// Ticks after which a servo has a pulse that the board reports: the next frame of 20 ms begins with it, and the one after it ends it.
+const TWO_FRAMES: u32 = 40;
+
 /// A trim of one joint.
 pub(super) struct Session<B, W> {
     board: B,
@@ -32,8 +35,10 @@ pub(super) struct Session<B, W> {
     out: W,
     /// Pulse that the servo moves to; nothing outside a trim.
     goal: Option<PulseMicros>,
-    /// The servo has not been there yet.
+    /// The user has not been told that the servo is there.
     is_moving: bool,
+    /// Tick since which the board reports the goal.
+    reported: Option<u32>,
     /// Tick of the last jog.
     jogged: u32,
     last_move: i32,
@@ -50,7 +55,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         out: W,
     ) -> Self {
         let (waiting, points) = (VecDeque::new(), Vec::new());
-        let (is_chosen, is_moving, goal) = (false, false, None);
+        let (is_chosen, is_moving, goal, reported) = (false, false, None, None);
         Self {
             board,
             joint,
@@ -62,6 +67,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
             out,
             goal,
             is_moving,
+            reported,
             jogged: 0,
             last_move: 1,
             points,
@@ -155,11 +161,18 @@ impl<B: Trimmed, W: Write> Session<B, W> {
 
     fn arrive(&mut self, seen: &Seen) -> Result<(), Failure> {
         let pulse = seen.pulses[self.joint as usize];
-        if self.is_moving && self.goal == Some(pulse) {
+        let is_goal = self.goal == Some(pulse);
+        self.reported = self.reported.filter(|_| is_goal).or(is_goal.then_some(seen.tick));
+        if self.is_moving && self.is_there(seen) {
             self.is_moving = false;
             self.tell(format_args!("at {} us", pulse.0))?;
         }
         Ok(())
+    }
+
+    /// The servo has got the pulse of the goal.
+    fn is_there(&self, seen: &Seen) -> bool {
+        self.reported.is_some_and(|since| seen.tick.wrapping_sub(since) >= TWO_FRAMES)
     }
 
     fn keep_going(&mut self, seen: &Seen) -> Result<(), Failure> {
@@ -174,7 +187,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
 
     /// The trim has ended on the board.
     fn pause(&mut self, seen: &Seen) -> Result<(), Failure> {
-        (self.goal, self.is_moving) = (None, false);
+        (self.goal, self.is_moving, self.reported) = (None, false, None);
         let cause = seen.cause.name();
         if seen.state == SupervisorState::Fault {
             return self.tell(format_args!(
@@ -207,12 +220,11 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         }
         let Some(text) = self.waiting.front().cloned() else { return Ok(false) };
         let line = Line::read(&text);
-        let is_at_goal = self.goal == Some(seen.pulses[self.joint as usize]);
         let too_early = match (line, self.goal) {
             (Some(Line::Angle(_) | Line::Move(_) | Line::To(_) | Line::Repeat), None) => {
                 Some("the servo gets no pulses: hold the button for half a second first".to_owned())
             }
-            (Some(Line::Angle(_)), Some(goal)) if !is_at_goal => {
+            (Some(Line::Angle(_)), Some(goal)) if !self.is_there(seen) => {
                 Some(format!("the servo is still on its way to {} us; say the angle when it is there", goal.0))
             }
             _ => None,
@@ -264,7 +276,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
             Some(micros) => {
                 let way = self.goal.map_or(0, |from| from.0.abs_diff(micros));
                 self.tell(format_args!("to {micros} us, {:.1} s", f32::from(way) * STEP_S))?;
-                self.is_moving = true;
+                (self.is_moving, self.reported) = (true, None);
                 self.jog(PulseMicros(micros))
             }
             None => self.tell(format_args!(
@@ -292,13 +304,15 @@ mod tests {
         joints: BoardLoop,
         presses: Vec<u32>,
         fault_at: Option<u32>,
+        /// Of the left hip, in each tick.
+        pulses: Vec<PulseMicros>,
     }
 
     impl Loop {
         fn new(presses: &[u32]) -> Self {
             let default = Parameters::with_defaults(None, None, RobotConfig::default_biped()).unwrap();
             let joints = board_loop(&default, AdcCode(1501), Volts(2.7), false).unwrap();
-            let mut board = Self { joints, presses: presses.into(), fault_at: None };
+            let mut board = Self { joints, presses: presses.into(), fault_at: None, pulses: Vec::new() };
             board.tick(None);
             board
         }
@@ -315,6 +329,7 @@ mod tests {
             let watchdog_clock = Some(WatchdogHz(32_000));
             let vrefint = AdcCode(1501);
             self.joints.tick(&Sample { button, faults, request, vrefint, watchdog_clock, ..Sample::default() });
+            self.pulses.push(self.joints.frame().pulses[0]);
         }
     }
 
@@ -359,6 +374,18 @@ mod tests {
             said.contains("hold the board's button") && said.contains("forgotten: 1180 us is 99 degrees"),
             "{said}"
         );
+    }
+
+    /// A frame of the servos begins every 20 ms: what the board reports is at the servo later.
+    #[test]
+    fn an_angle_is_that_of_a_pulse_that_the_servo_has_had() {
+        let mut board = Loop::new(&[500]);
+        let (ended, said) = session(&mut board, DEFAULT, "=1480\nangle 0\n=1380\nangle 10\ndone\n");
+        assert!(ended.is_ok(), "{said}");
+        for goal in [1_480, 1_380] {
+            let ticks = board.pulses.iter().filter(|pulse| pulse.0 == goal).count();
+            assert!(ticks >= 40, "{ticks} ticks at {goal} us");
+        }
     }
 
     /// The user thinks for a minute: the program keeps the trim going.
