@@ -29,7 +29,7 @@ use crate::format::preamble::{self, Preamble};
 use crate::format::row_lines::RowLines;
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{
-    Delimiter, MAX_LINE, bare_lines, check_length, check_rows, cut_line, finite, is_blank, is_comment,
+    Delimiter, MAX_LINE, bare_lines, check_length, check_rows, cut_line, finite, has_quotes, is_blank, is_comment,
     is_separator_line, numbered, short, text,
 };
 use crate::format::time_step;
@@ -165,13 +165,15 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     let mut row_lines = RowLines::default();
     let mut again = headless.then_some(first);
     let mut fields = Vec::new();
+    let quotes = has_quotes(text);
     while let Some((line, row)) = again.take().or_else(|| rows.next()) {
         check_length(name, line, row)?;
         if cut == Some(line) || is_comment(row) {
             continue;
         }
         let fault = |fault| TraceError::new(name, Some(line), fault);
-        delimiter.split(row, &mut fields).map_err(fault)?;
+        let split = if quotes { delimiter.split(row, &mut fields) } else { delimiter.split_unquoted(row, &mut fields) };
+        split.map_err(fault)?;
         if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, &fields)? {
             continue;
         }

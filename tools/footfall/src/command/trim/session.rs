@@ -35,7 +35,7 @@ pub(super) struct Session<B, W> {
     out: W,
     /// Pulse that the servo moves to; nothing outside a trim.
     goal: Option<PulseMicros>,
-    /// The user has not been told that the servo is there.
+    /// The program has not said yet that the servo is there.
     is_moving: bool,
     /// Tick since which the board reports the goal.
     reported: Option<u32>,
