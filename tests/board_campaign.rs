@@ -310,6 +310,13 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
             fault("{ hang = \"telemetry_step\" }", "reaction = \"reset\", boot = \"iwdg\", within_ms = 2"),
             "allowed: reset in 2 ms",
         ),
+        (
+            fault(
+                "\"panic\"",
+                "reaction = [\"reset\", \"off\"], boot = \"panic\", within_ms = 100, reset_within_ms = 0.001",
+            ),
+            "allowed are 0.001 ms",
+        ),
         // A stop by a ramp is not nothing, though the outputs are still on at the end.
         (fault("{ volts = { pin = \"PA1\", volts = 0.0 } }", none), "the board says stopping (sensor_open)"),
         // A supply that is too low is none of these causes.

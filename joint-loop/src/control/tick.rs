@@ -148,39 +148,23 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     #[inline(always)]
     pub fn frame(&self) -> Frame<S> {
         // Field by field: a copy of more than 64 bytes at once is a call that takes one word a turn.
-        let Frame {
-            seq,
-            tick,
-            state,
-            cause,
-            measured,
-            validity,
-            following,
-            setpoints,
-            pulses,
-            late,
-            missed,
-            overruns,
-            limited,
-            limited_ticks,
-            setpoint_hash,
-        } = self.frame;
+        let frame = &self.frame;
         Frame {
-            seq,
-            tick,
-            state,
-            cause,
-            measured,
-            validity,
-            following,
-            setpoints,
-            pulses,
-            late,
-            missed,
-            overruns,
-            limited,
-            limited_ticks,
-            setpoint_hash,
+            seq: frame.seq,
+            tick: frame.tick,
+            state: frame.state,
+            cause: frame.cause,
+            measured: frame.measured,
+            validity: frame.validity,
+            following: frame.following,
+            setpoints: frame.setpoints,
+            pulses: frame.pulses,
+            late: frame.late,
+            missed: frame.missed,
+            overruns: frame.overruns,
+            limited: frame.limited,
+            limited_ticks: frame.limited_ticks,
+            setpoint_hash: frame.setpoint_hash,
         }
     }
 

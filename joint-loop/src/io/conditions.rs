@@ -29,7 +29,7 @@ impl SensorCounts {
     /// None.
     pub const NONE: Self = Self { changes: 0, bad: [0; BAD] };
 
-    /// A copy, see [`Frame::by_fields`](crate::Frame).
+    /// A copy. A copy of several at once is a call that takes one word a turn.
     #[inline(always)]
     pub(crate) fn by_fields(self) -> Self {
         let Self { changes, bad } = self;

@@ -129,15 +129,12 @@ fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
 fn extent_of(values: &[f64]) -> (f64, usize) {
     const LANES: usize = 8;
     let (mut largest, mut missing) = ([0.0_f64; LANES], [0_usize; LANES]);
-    let mut take = |block: &[f64]| {
+    for block in values.chunks(LANES) {
         for ((value, largest), missing) in block.iter().zip(&mut largest).zip(&mut missing) {
             *largest = if value.abs() > *largest { value.abs() } else { *largest };
             *missing += usize::from(value.is_nan());
         }
-    };
-    let (blocks, rest) = values.as_chunks::<LANES>();
-    blocks.iter().for_each(|block| take(block));
-    take(rest);
+    }
     (largest.into_iter().fold(0.0, f64::max), values.len() - missing.into_iter().sum::<usize>())
 }
 

@@ -59,16 +59,13 @@ pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: b
 fn extent(values: &[f64]) -> (f64, f64) {
     const LANES: usize = 8;
     let (mut least, mut most) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    let mut take = |block: &[f64]| {
+    for block in values.chunks(LANES) {
         for ((value, least), most) in block.iter().zip(&mut least).zip(&mut most) {
             let is_known = value.is_finite();
             *least = if is_known && value < least { *value } else { *least };
             *most = if is_known && value > most { *value } else { *most };
         }
-    };
-    let (blocks, rest) = values.as_chunks::<LANES>();
-    blocks.iter().for_each(|block| take(block));
-    take(rest);
+    }
     (least.into_iter().fold(f64::INFINITY, f64::min), most.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 

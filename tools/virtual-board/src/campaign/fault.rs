@@ -16,6 +16,8 @@ pub(crate) struct Expected {
     pub(crate) reactions: Vec<Reaction>,
     /// Their time limit, from the effect of the fault, ms.
     pub(crate) within_ms: f64,
+    /// Time limit of a reset, if it is shorter than that of the other reactions, ms.
+    pub(crate) reset_within_ms: Option<f64>,
     /// Time limit for the first act: the supply of the servos or the main output is off, us.
     pub(crate) decided_within_us: Option<f64>,
     /// Time limit for the end of the pulses, ms.
@@ -37,6 +39,7 @@ impl Expected {
     pub(super) const PULSES_ALONE: Self = Expected {
         reactions: Vec::new(),
         within_ms: 150.0,
+        reset_within_ms: None,
         decided_within_us: None,
         low_within_ms: None,
         high_ms: None,
@@ -75,6 +78,7 @@ impl Expected {
     fn check(&self) -> Result<()> {
         let limits = [
             ("within_ms", Some(self.within_ms)),
+            ("reset_within_ms", self.reset_within_ms),
             ("decided_within_us", self.decided_within_us),
             ("low_within_ms", self.low_within_ms),
             ("high_ms", self.high_ms),
@@ -90,6 +94,10 @@ impl Expected {
             self.allows(Reaction::Reset) != self.ends.is_empty(),
             "{}; allowed is one with the other: `reset` among the reactions, and `boot`, what the boot after it must give",
             if self.ends.is_empty() { "`reset` without `boot`" } else { "`boot` without `reset`" }
+        );
+        ensure!(
+            self.reset_within_ms.is_none() || self.allows(Reaction::Reset),
+            "`reset_within_ms` without `reset`; allowed is with `reset` among the reactions"
         );
         Ok(())
     }

@@ -241,6 +241,15 @@ mod tests {
                 "fault `a`: decided_within_us is -1; allowed is more than 0",
             ),
             (
+                fault("\"crystal\"", "walking", "40, reset_within_ms = 0"),
+                "fault `a`: reset_within_ms is 0; allowed is more than 0",
+            ),
+            (
+                fault("\"crystal\"", "walking", "40, reset_within_ms = 9")
+                    .replace("\"reset\", boot = \"iwdg\"", "\"off\""),
+                "fault `a`: `reset_within_ms` without `reset`",
+            ),
+            (
                 format!("{HEAD}[[sequence]]\nname = \"a\"\nstate = \"flying\"\nlasts_s = 1\n"),
                 "sequence `a`: there is no state `flying`",
             ),

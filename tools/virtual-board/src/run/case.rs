@@ -450,7 +450,7 @@ impl Outcome<'_> {
 
 /// What is missing from the expected reactions.
 fn missed(expected: &Expected, outcome: &Outcome<'_>, status: Option<Status>) -> Option<String> {
-    let Expected { within_ms, decided_within_us, low_within_ms, .. } = *expected;
+    let Expected { within_ms, reset_within_ms, decided_within_us, low_within_ms, .. } = *expected;
     let reaction = outcome.reaction;
     let late = |us: Option<f64>, most_us: f64| us.is_none_or(|us| us > most_us);
     let ms = |us: Option<f64>| us.map_or("never".to_owned(), |us| format!("after {:.3} ms", us * 1e-3));
@@ -478,6 +478,10 @@ fn missed(expected: &Expected, outcome: &Outcome<'_>, status: Option<Status>) ->
                 needs_cause && !outcome.is_latched && !expected.causes.is_empty() && !status.is_some_and(gives);
             let names: Vec<&str> = expected.causes.iter().map(|cause| cause.name()).collect();
             is_wrong.then(|| format!("{}; allowed causes: {}", came(), names.join(", ")))
+        })
+        .or_else(|| {
+            let most = reset_within_ms.filter(|most| reaction.reset_us.is_some_and(|us| us > most * 1e3))?;
+            Some(format!("reset {}; allowed are {most} ms", ms(reaction.reset_us)))
         })
         .or_else(|| {
             let most = decided_within_us.filter(|most| late(decided, *most))?;

@@ -18,7 +18,7 @@ use crate::failure::Failure;
 /// Ticks after which the last jog is repeated: a board ends a trim whose host is silent.
 const REPEAT: u32 = 1_000;
 
-/// Ticks after which a servo has a pulse that the board reports: the next frame of 20 ms begins with it, and the one after it ends it.
+/// Ticks of two servo frames: a pulse that the board reports goes to the servo in the next frame, which has ended by then.
 const TWO_FRAMES: u32 = 40;
 
 /// A trim of one joint.
@@ -35,7 +35,7 @@ pub(super) struct Session<B, W> {
     out: W,
     /// Pulse that the servo moves to; nothing outside a trim.
     goal: Option<PulseMicros>,
-    /// The program has not said yet that the servo is there.
+    /// The servo is on its way; false as soon as the program has said that it is there.
     is_moving: bool,
     /// Tick since which the board reports the goal.
     reported: Option<u32>,
