@@ -63,11 +63,11 @@ pub(crate) fn in_degrees(
         notes.push("The requested unit has no effect: the angles are computed, and are in degrees.".into());
     }
     for column in columns.iter_mut().filter(|column| !is_computed(column)) {
-        let largest = extent(std::iter::once(&*column)).0;
+        let largest = || extent_of(&column.values).0;
         let (turn, is_known) = match how.unit.or(column.said.unit()) {
             Some(AngleUnit::Degrees) => (360.0, true),
             Some(AngleUnit::Radians) => (TAU, true),
-            None if largest > TAU * (1.0 + 1e-3) => (360.0, true),
+            None if largest() > TAU * (1.0 + 1e-3) => (360.0, true),
             None => (TAU, false),
         };
         notes.extend(turns::take_out(&column.heading, &mut column.values, turn, is_known));
@@ -129,12 +129,15 @@ fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
 fn extent_of(values: &[f64]) -> (f64, usize) {
     const LANES: usize = 8;
     let (mut largest, mut missing) = ([0.0_f64; LANES], [0_usize; LANES]);
-    for block in values.chunks(LANES) {
+    let mut take = |block: &[f64]| {
         for ((value, largest), missing) in block.iter().zip(&mut largest).zip(&mut missing) {
             *largest = if value.abs() > *largest { value.abs() } else { *largest };
             *missing += usize::from(value.is_nan());
         }
-    }
+    };
+    let (blocks, rest) = values.as_chunks::<LANES>();
+    blocks.iter().for_each(|block| take(block));
+    take(rest);
     (largest.into_iter().fold(0.0, f64::max), values.len() - missing.into_iter().sum::<usize>())
 }
 
@@ -192,7 +195,9 @@ fn without_glitches(
     let mut values = std::mem::take(&mut column.values);
     // Larger angles have larger values.
     if unit.degrees(extent_of(&values).0) <= MAX_ANGLE_DEG {
-        values.iter_mut().for_each(|value| *value = unit.degrees(*value));
+        if unit != AngleUnit::Degrees {
+            values.iter_mut().for_each(|value| *value = unit.degrees(*value));
+        }
         return Ok(RawJoint { column: column.heading, unit: source, sign: column.sign, angle_deg: values });
     }
     let mut first_beyond = None;

@@ -49,6 +49,11 @@ impl Triple {
         others.filter_map(|(column, values)| Some((column.as_ref()?.0, values)))
     }
 
+    /// Whether a column is one of them.
+    pub(crate) fn has(&self, index: usize) -> bool {
+        self.columns.iter().flatten().any(|(column, _)| *column == index)
+    }
+
     pub(super) fn listed(&self) -> String {
         listed(&self.columns.iter().flatten().map(|(_, heading)| short(heading)).collect::<Vec<_>>())
     }

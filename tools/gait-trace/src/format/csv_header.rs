@@ -36,6 +36,11 @@ impl Chosen {
         Self { joint, index, heading: heading.to_owned(), said, power, values: Vec::new(), triple: None }
     }
 
+    /// Whether a column is another component of this joint.
+    pub(crate) fn is_component(&self, column: usize) -> bool {
+        self.triple.as_ref().is_some_and(|triple| triple.has(column))
+    }
+
     /// The only hip or knee of a file that names no side, as a recording of a single sensor does.
     fn sideless(headings: &[String], how: &ReadOptions<'_>) -> Option<Self> {
         let all = || headings.iter().enumerate();
@@ -178,6 +183,15 @@ impl Header {
             }));
         }
         Ok(Self { headings, time, chosen, mapped_axes, is_sideless })
+    }
+
+    /// Whether all numbers are in the units themselves, not in a decimal multiple.
+    pub(crate) fn is_in_units(&self) -> bool {
+        let time = match self.time {
+            TimeSource::Column { power, .. } => power.unwrap_or(0),
+            TimeSource::Frames { .. } | TimeSource::Rows { .. } => 0,
+        };
+        time == 0 && self.chosen.iter().all(|chosen| chosen.power == 0)
     }
 
     /// Puts the only joint of a file that names no side on the leg that a column of the rows names, if any.

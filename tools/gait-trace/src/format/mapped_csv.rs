@@ -3,8 +3,8 @@
 //! Fields are separated by commas, semicolons or tabs (with the latter two, decimal commas are read); a byte order mark,
 //! CR LF, quotes, blank lines, lines that begin with `#`, and a row of units below the header are allowed. An empty field,
 //! `nan` or `NaN` in a joint's column is a missing value. The other columns may hold anything. Rows of numbers without a header may
-//! also be separated by blanks. Lines of free text above the header are left out, with a note, if exactly one line below them is a header. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
-//! with a note.
+//! also be separated by blanks. Lines of free text above the header are left out, with a note, if exactly one line below them is a header. A last row that
+//! is cut short, as a program leaves it that is killed while it writes, is left out, with a note.
 //!
 //! The unit of an angle comes from its heading (`left_hip_deg`, `hip l [rad]`) or from the caller, else from the values, with a
 //! note. A column in volts (`PA1`, `goniometer (mV)`; a goniometer measures a joint angle) that the map assigns to a joint is
@@ -25,17 +25,19 @@ use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
 use crate::format::extension_columns;
 use crate::format::flexion_component;
+use crate::format::plain_row::PlainRow;
 use crate::format::preamble::{self, Preamble};
 use crate::format::row_lines::RowLines;
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{
-    Delimiter, MAX_LINE, bare_lines, check_length, check_rows, cut_line, finite, has_quotes, is_blank, is_comment,
-    is_separator_line, numbered, short, text,
+    BareLines, Delimiter, MAX_LINE, MAX_ROWS, bare_lines, check_length, check_rows, cut_line, finite, is_blank,
+    is_comment, is_separator_line, numbered, short, text,
 };
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
 use crate::options::ReadOptions;
 use crate::raw::{RawJoints, SignSource};
+use crate::series::upper_median;
 use std::borrow::Cow;
 
 /// The row of the table of formats.
@@ -77,110 +79,217 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
 }
 
 pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
-    let mut notes = Vec::new();
-    let mut comment: Option<(u64, &str)> = None;
-    let mut rows = numbered(text).filter(|(_, row)| row.len() > MAX_LINE || !is_blank(row));
-    let preamble = preamble::find(name, text, how)?;
-    if let Preamble::UpTo(header) = preamble {
-        notes.push(format!("Line {header} is read as the header; the lines above it are left out."));
-    }
-    let first = loop {
-        let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))?;
-        check_length(name, line, row)?;
-        if matches!(preamble, Preamble::UpTo(header) if line < header) {
-            continue;
+    Table::begin(name, text, how)?.read(text, how)
+}
+
+/// The rows that were read.
+struct Table<'a> {
+    name: &'a str,
+    header: Header,
+    header_line: u64,
+    /// The first line that is neither free text nor a comment: the header or a row.
+    first_line: u64,
+    /// The first line that may be a row.
+    first_row: u64,
+    delimiter: Delimiter,
+    marks: RowMarks,
+    /// How most rows are read.
+    plain: Option<PlainRow>,
+    /// Rows that were not of plain numbers, less those that were.
+    misses: usize,
+    /// The last line, if it is cut short.
+    cut: Option<u64>,
+    record: Option<Record>,
+    time_s: Vec<f64>,
+    row_lines: RowLines,
+    notes: Vec<String>,
+}
+
+/// With so many more rows that are not of plain numbers than are, no row is tried: it would be read twice.
+const MOST_MISSES: usize = 1000;
+
+impl<'a> Table<'a> {
+    /// Reads the header of a text.
+    fn begin(name: &'a str, text: &str, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+        let mut notes = Vec::new();
+        let mut comment: Option<(u64, &str)> = None;
+        let mut rows = numbered(text).filter(|(_, row)| row.len() > MAX_LINE || !is_blank(row));
+        let preamble = preamble::find(name, text, how)?;
+        if let Preamble::UpTo(header) = preamble {
+            notes.push(format!("Line {header} is read as the header; the lines above it are left out."));
         }
-        match row.trim_start().strip_prefix('#') {
-            Some(rest) => comment = Some((line, rest)),
-            // Some spreadsheets name the delimiter in a first line; the header shows it too.
-            None if is_separator_line(row) => {}
-            None => break (line, row),
-        }
-    };
-    let below = bare_lines(text).skip(first.0 as usize).filter(|row| !is_blank(row));
-    let delimiter = Delimiter::of_line(first.1, below);
-    let split = |line, row| delimiter.fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
-    let comma = delimiter != Delimiter::Char(',');
-    let is_number = |field: &Cow<'_, str>| finite(field, comma).is_ok();
-    let first_fields = split(first.0, first.1)?;
-    let headless =
-        first_fields.iter().all(|field| field.is_empty() || is_number(field)) && first_fields.iter().any(is_number);
-    let (header_line, headings): (u64, Vec<String>) = match comment {
-        // Some programs write the header as a comment.
-        Some((line, row)) if headless && split(line, row)?.len() == first_fields.len() => {
-            notes.push(format!("The comment in line {line} is used as the header."));
-            (line, split(line, row)?.iter().map(|field| field.to_string()).collect())
-        }
-        _ if headless && (how.time.is_some() || how.rate_hz.is_some()) => {
-            (first.0, (1..=first_fields.len()).map(|n| n.to_string()).collect())
-        }
-        // An oscilloscope's rows without a header: the time, then volts.
-        _ if headless && how.calibration.is_some() && first_fields.len() >= 2 => {
-            let channels = (1..first_fields.len()).map(|n| format!("CH{n}"));
-            let headings: Vec<String> = std::iter::once("time".to_owned()).chain(channels).collect();
-            notes.push(format!(
-                "The file has no header; column 1 is read as the time, the others as CH1 to CH{}.",
-                first_fields.len() - 1
-            ));
-            (first.0, headings)
-        }
-        _ => (first.0, first_fields.iter().map(|field| field.to_string()).collect()),
-    };
-    let understood = Header::understand(name, header_line, headings, headless && header_line == first.0, how);
-    let mut header = understood.map_err(|error| match (preamble, &*error.fault) {
-        (Preamble::Unclear { first_row, fields }, Fault::NoTime { .. } | Fault::NoJoints { .. }) => {
-            let found = first_fields.len();
-            if found == 1 && first.1.split_whitespace().count() == fields {
-                return TraceError::new(name, Some(first.0), Fault::BlankHeader { words: fields });
+        let first = loop {
+            let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))?;
+            check_length(name, line, row)?;
+            if matches!(preamble, Preamble::UpTo(header) if line < header) {
+                continue;
             }
-            TraceError::new(name, Some(first.0), Fault::NoHeader { found, first_row, fields })
-        }
-        _ => error,
-    })?;
-
-    let is_read = |joint| header.chosen.iter().any(|chosen| chosen.joint == joint);
-    if let Some(advice) = extension_columns::advice(&header.headings, is_read) {
-        notes.push(advice + ".");
-    }
-
-    if how.axis.is_some() && header.chosen.iter().all(|chosen| chosen.triple.is_none()) {
-        let what = "this file has no angles of three components";
-        return Err(TraceError::new(name, None, Fault::NoAxes { what }));
-    }
-
-    let is_number = |column| {
-        let is_time = match header.time {
-            TimeSource::Column { index, .. } | TimeSource::Frames { index, .. } => index == column,
-            TimeSource::Rows { .. } => false,
+            match row.trim_start().strip_prefix('#') {
+                Some(rest) => comment = Some((line, rest)),
+                // Some spreadsheets name the delimiter in a first line; the header shows it too.
+                None if is_separator_line(row) => {}
+                None => break (line, row),
+            }
         };
-        is_time || header.chosen.iter().any(|chosen| chosen.index == column)
-    };
-    let used: Vec<usize> =
-        header.time.index().into_iter().chain(header.chosen.iter().map(|chosen| chosen.index)).collect();
-    let mut marks = RowMarks::of(&header.headings, &used, &how.only)
-        .map_err(|fault| TraceError::new(name, Some(header_line), fault))?;
-    let cut = cut_line(text, delimiter, header.headings.len(), is_number).filter(|&line| line > first.0);
+        let below = bare_lines(text).skip(first.0 as usize).filter(|row| !is_blank(row));
+        let delimiter = Delimiter::of_line(first.1, below);
+        let split = |line, row| delimiter.fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
+        let comma = delimiter != Delimiter::Char(',');
+        let is_number = |field: &Cow<'_, str>| finite(field, comma).is_ok();
+        let first_fields = split(first.0, first.1)?;
+        let headless =
+            first_fields.iter().all(|field| field.is_empty() || is_number(field)) && first_fields.iter().any(is_number);
+        let (header_line, headings): (u64, Vec<String>) = match comment {
+            // Some programs write the header as a comment.
+            Some((line, row)) if headless && split(line, row)?.len() == first_fields.len() => {
+                notes.push(format!("The comment in line {line} is used as the header."));
+                (line, split(line, row)?.iter().map(|field| field.to_string()).collect())
+            }
+            _ if headless && (how.time.is_some() || how.rate_hz.is_some()) => {
+                (first.0, (1..=first_fields.len()).map(|n| n.to_string()).collect())
+            }
+            // An oscilloscope's rows without a header: the time, then volts.
+            _ if headless && how.calibration.is_some() && first_fields.len() >= 2 => {
+                let channels = (1..first_fields.len()).map(|n| format!("CH{n}"));
+                let headings: Vec<String> = std::iter::once("time".to_owned()).chain(channels).collect();
+                notes.push(format!(
+                    "The file has no header; column 1 is read as the time, the others as CH1 to CH{}.",
+                    first_fields.len() - 1
+                ));
+                (first.0, headings)
+            }
+            _ => (first.0, first_fields.iter().map(|field| field.to_string()).collect()),
+        };
+        let understood = Header::understand(name, header_line, headings, headless && header_line == first.0, how);
+        let header = understood.map_err(|error| match (preamble, &*error.fault) {
+            (Preamble::Unclear { first_row, fields }, Fault::NoTime { .. } | Fault::NoJoints { .. }) => {
+                let found = first_fields.len();
+                if found == 1 && first.1.split_whitespace().count() == fields {
+                    return TraceError::new(name, Some(first.0), Fault::BlankHeader { words: fields });
+                }
+                TraceError::new(name, Some(first.0), Fault::NoHeader { found, first_row, fields })
+            }
+            _ => error,
+        })?;
 
-    let mut time_s = Vec::new();
-    let mut row_lines = RowLines::default();
-    let mut again = headless.then_some(first);
-    let mut fields = Vec::new();
-    let quotes = has_quotes(text);
-    while let Some((line, row)) = again.take().or_else(|| rows.next()) {
+        let is_read = |joint| header.chosen.iter().any(|chosen| chosen.joint == joint);
+        if let Some(advice) = extension_columns::advice(&header.headings, is_read) {
+            notes.push(advice + ".");
+        }
+
+        if how.axis.is_some() && header.chosen.iter().all(|chosen| chosen.triple.is_none()) {
+            let what = "this file has no angles of three components";
+            return Err(TraceError::new(name, None, Fault::NoAxes { what }));
+        }
+
+        let used: Vec<usize> =
+            header.time.index().into_iter().chain(header.chosen.iter().map(|chosen| chosen.index)).collect();
+        let marks = RowMarks::of(&header.headings, &used, &how.only)
+            .map_err(|fault| TraceError::new(name, Some(header_line), fault))?;
+        let is_component = |column| header.chosen.iter().any(|chosen| chosen.is_component(column));
+        let is_used = |column| used.contains(&column) || is_component(column);
+        let plain = PlainRow::of(delimiter, header.headings.len(), is_used);
+        Ok(Self {
+            name,
+            header,
+            header_line,
+            first_line: first.0,
+            first_row: if headless { first.0 } else { first.0 + 1 },
+            delimiter,
+            marks,
+            plain,
+            misses: 0,
+            cut: None,
+            record: Record::of_bytes(text.as_bytes()),
+            time_s: Vec::new(),
+            row_lines: RowLines::default(),
+            notes,
+        })
+    }
+
+    /// Reads the text, of which the header is read.
+    fn read(mut self, text: &str, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+        self.cut = self.cut_line(text);
+        self.push_rows(text)?;
+        self.finish(text.ends_with(['\n', '\r']), how)
+    }
+
+    /// The last line of the text, if it is cut short.
+    fn cut_line(&self, text: &str) -> Option<u64> {
+        let is_number = |column| {
+            let is_time = match self.header.time {
+                TimeSource::Column { index, .. } | TimeSource::Frames { index, .. } => index == column,
+                TimeSource::Rows { .. } => false,
+            };
+            is_time || self.header.chosen.iter().any(|chosen| chosen.index == column)
+        };
+        cut_line(text, self.delimiter, self.header.headings.len(), is_number).filter(|&line| line > self.first_line)
+    }
+
+    /// Reads the rows of the text.
+    fn push_rows(&mut self, text: &str) -> Result<(), TraceError> {
+        let mut lines = bare_lines(text);
+        let mut fields = Vec::new();
+        let mut line = 0;
+        loop {
+            if line + 1 >= self.first_row {
+                self.push_plain(&mut line, &mut lines);
+            }
+            let Some(row) = lines.next() else { return Ok(()) };
+            line += 1;
+            if line >= self.first_row && (row.len() > MAX_LINE || !is_blank(row)) {
+                self.push(line, row, &mut fields)?;
+            }
+        }
+    }
+
+    /// Reads rows of plain numbers up to one that is none. `line` is the last line before them; a row has shown that there is no row of units.
+    fn push_plain(&mut self, line: &mut u64, lines: &mut BareLines<'_>) {
+        let Some(plain) = self.plain.as_ref().filter(|_| self.misses < MOST_MISSES) else { return };
+        if self.row_lines.is_empty() || !self.marks.are_settled() || !self.header.is_in_units() {
+            return;
+        }
+        let mut numbers = vec![0.0; plain.columns()];
+        while self.row_lines.len() < MAX_ROWS
+            && let Some(length) = plain.read(lines.rest(), &mut numbers)
+        {
+            self.time_s.push(match self.header.time {
+                TimeSource::Column { index, .. } => numbers[index],
+                TimeSource::Frames { index, rate_hz } => numbers[index] / rate_hz,
+                TimeSource::Rows { rate_hz } => self.row_lines.len() as f64 / rate_hz,
+            });
+            *line += 1;
+            self.marks.take_unmarked();
+            self.row_lines.push(*line);
+            for chosen in &mut self.header.chosen {
+                chosen.values.push(numbers[chosen.index]);
+                for (index, values) in chosen.triple.iter_mut().flat_map(Triple::others) {
+                    values.push(numbers[index]);
+                }
+            }
+            lines.skip_bytes(length);
+            self.misses = self.misses.saturating_sub(1);
+        }
+        self.misses += 1;
+    }
+
+    /// Reads a row below the header; `fields` is memory for its fields.
+    fn push<'t>(&mut self, line: u64, row: &'t str, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
+        let Self { name, header, delimiter, marks, time_s, row_lines, .. } = self;
+        let comma = *delimiter != Delimiter::Char(',');
         check_length(name, line, row)?;
-        if cut == Some(line) || is_comment(row) {
-            continue;
+        if self.cut == Some(line) || is_comment(row) {
+            return Ok(());
         }
         let fault = |fault| TraceError::new(name, Some(line), fault);
-        let split = if quotes { delimiter.split(row, &mut fields) } else { delimiter.split_unquoted(row, &mut fields) };
-        split.map_err(fault)?;
-        if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, &fields)? {
-            continue;
+        delimiter.split(row, fields).map_err(fault)?;
+        if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, fields)? {
+            return Ok(());
         }
         let wanted = header.headings.len();
         let trailing = fields.len() > wanted && fields[wanted..].iter().all(|field| field.is_empty());
         if fields.len() != wanted && !trailing {
-            return Err(fault(wrong_count(&fields, wanted, comma)));
+            return Err(fault(wrong_count(fields, wanted, comma)));
         }
         let is_header = || fields.iter().zip(&header.headings).all(|(field, heading)| field == heading);
         let at = |index: usize, f: Fault| fault(f).in_column(index, &header.headings[index]);
@@ -192,8 +301,8 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
                 at(index, clock_time(f))
             })
         };
-        if !marks.takes(&fields) && !is_header() {
-            continue;
+        if !marks.takes(fields) && !is_header() {
+            return Ok(());
         }
         time_s.push(match header.time {
             TimeSource::Column { index, power } => number(index, power.unwrap_or(0))?,
@@ -212,39 +321,46 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
                 values.push(value.map_err(|f| fault(f).in_column(index, &header.headings[index]))?);
             }
         }
+        Ok(())
     }
-    marks.check(name, header_line, &time_s, &mut notes)?;
-    if time_s.len() < 2 {
-        let last = row_lines.last().unwrap_or(header_line);
-        return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
-    }
-    if let Some(line) = cut {
-        notes.push(format!("The last row is cut short (line {line}): it is left out."));
-    } else if !text.ends_with(['\n', '\r']) {
-        notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
-    }
-    if let TimeSource::Column { index, power } = header.time {
-        let heading = &header.headings[index];
-        check_seconds(name, header_line, (index, heading), power.is_some(), how, &time_s, &mut notes)?;
-        if let Some(rate_hz) = how.rate_hz {
-            time_step::at_rate(&mut time_s, rate_hz, heading, &mut notes)
-                .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
+
+    /// The joints, once all rows are read; `ended` is whether the last line has an end.
+    fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+        let Self {
+            name, mut header, header_line, delimiter, marks, cut, record, mut time_s, row_lines, mut notes, ..
+        } = self;
+        marks.check(name, header_line, &time_s, &mut notes)?;
+        if time_s.len() < 2 {
+            let last = row_lines.last().unwrap_or(header_line);
+            return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
         }
+        if let Some(line) = cut {
+            notes.push(format!("The last row is cut short (line {line}): it is left out."));
+        } else if !ended {
+            notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
+        }
+        if let TimeSource::Column { index, power } = header.time {
+            let heading = &header.headings[index];
+            check_seconds(name, header_line, (index, heading), power.is_some(), how, &time_s, &mut notes)?;
+            if let Some(rate_hz) = how.rate_hz {
+                time_step::at_rate(&mut time_s, rate_hz, heading, &mut notes)
+                    .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
+            }
+        }
+        flexion_component::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes).map_err(
+            |(index, fault)| TraceError::new(name, Some(header_line), fault).in_column(index, &header.headings[index]),
+        )?;
+        header.settle_side(marks.is_left(), &mut notes);
+        let place = Place { file: name, header: Some(header_line), lines: &row_lines };
+        let column = |Chosen { joint, index, heading, said, values, .. }| {
+            let sign = record.as_ref().map_or(SignSource::Unknown, |record| record.sign_of(&header.headings[index]));
+            AngleColumn { joint, heading, index, said, sign, values }
+        };
+        let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
+        let count = joints.iter().flatten().count();
+        let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
     }
-    flexion_component::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes).map_err(|(index, fault)| {
-        TraceError::new(name, Some(header_line), fault).in_column(index, &header.headings[index])
-    })?;
-    header.settle_side(marks.is_left(), &mut notes);
-    let place = Place { file: name, header: Some(header_line), lines: &row_lines };
-    let record = Record::of_bytes(text.as_bytes());
-    let column = |Chosen { joint, index, heading, said, values, .. }| {
-        let sign = record.as_ref().map_or(SignSource::Unknown, |record| record.sign_of(&header.headings[index]));
-        AngleColumn { joint, heading, index, said, sign, values }
-    };
-    let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
-    let count = joints.iter().flatten().count();
-    let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// A field that is no number in a column of times may be a time of day.
@@ -275,10 +391,6 @@ fn check_seconds(
     time_s: &[f64],
     notes: &mut Vec<String>,
 ) -> Result<(), TraceError> {
-    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    let (_, step, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    let step = *step;
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
     if first.abs() < 0.1 && (last - 100.0).abs() < 0.1 && time_s.len() <= MOST_PERCENT_ROWS {
         if !is_stated {
@@ -296,6 +408,13 @@ fn check_seconds(
         };
         return Err(TraceError::new(name, Some(line), fault).in_column(index, heading));
     }
+    // The upper median is needed only where it is said: whether it is that long is counted.
+    let middle = (time_s.len() - 1) / 2;
+    let shorter = time_s.windows(2).filter(|pair| pair[1] - pair[0] < time_step::MAX_STEP_S).count();
+    if is_stated && shorter > middle {
+        return Ok(());
+    }
+    let step = upper_median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
     if step >= time_step::MAX_STEP_S {
         let (likely, right) = time_step::likely_unit(step);
         let fault = Fault::TimeUnit { step, likely, heading: right };
@@ -310,4 +429,47 @@ fn check_seconds(
         notes.push(format!("`{heading}` names no unit; it is read as seconds because its median step is {step:.4}."));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The joints with the digits of all their bits, or the error; rows of plain numbers may be read in one pass.
+    fn read(text: &str, in_one_pass: bool) -> Result<String, String> {
+        let how = ReadOptions::default();
+        let joints = Table::begin("walk.csv", text, &how).and_then(|mut table| {
+            table.plain = table.plain.filter(|_| in_one_pass);
+            table.read(text, &how)
+        });
+        joints.map(|joints| format!("{joints:?}")).map_err(|error| error.to_string())
+    }
+
+    proptest! {
+        /// A table is the same, and so is its error, where its rows are read in one pass and where each is read field by field.
+        #[test]
+        fn rows_in_one_pass_are_those_field_by_field(
+            rows in prop::collection::vec(prop::array::uniform3(-99.0..99.0f64), 2..60),
+            decimals in 0_usize..18,
+            delimiter in prop::sample::select(vec![",", ";", "\t"]),
+            end in prop::sample::select(vec!["\n", "\n", "\r\n", "\r"]),
+            others in prop::collection::vec((any::<prop::sample::Index>(), "[-+.,;\t\r\n\" #0-9a-zé]{0,4}|nan|inf|1e999|[0-9.]{9,40}"), 0..3),
+            cut in 0_usize..9,
+        ) {
+            let mut text = ["time_s", "left_hip_deg", "note", "left_knee_deg"].join(delimiter) + end;
+            for (n, [hip, note, knee]) in rows.iter().enumerate() {
+                let fields = [n as f64 * 0.01, *hip, *note, *knee].map(|value| format!("{value:.decimals$}"));
+                text += &(fields.join(delimiter) + end);
+            }
+            for (place, other) in others {
+                let at = text.floor_char_boundary(place.index(text.len()));
+                text.insert_str(at, &other);
+            }
+            if cut < 4 {
+                text.truncate(text.floor_char_boundary(text.trim_end().len() - cut));
+            }
+            prop_assert_eq!(read(&text, true), read(&text, false), "{}", text);
+        }
+    }
 }

@@ -189,6 +189,17 @@ impl RowMarks {
         taken
     }
 
+    /// Whether no field of a further row matters: every row is read, and no column may still tell recordings apart.
+    pub(crate) fn are_settled(&self) -> bool {
+        self.marks.is_empty() && self.labels.is_empty() && self.filters.is_empty()
+    }
+
+    /// A row is read, and no column matters ([`Self::are_settled`]).
+    pub(crate) fn take_unmarked(&mut self) {
+        self.rows += 1;
+        self.taken += 1;
+    }
+
     /// Whether the rows that were read are of the left leg, where a column names the leg.
     pub(crate) fn is_left(&self) -> Option<bool> {
         let side = self.marks.iter().find(|mark| SIDES.iter().any(|side| plain(&mark.heading).starts_with(side)))?;

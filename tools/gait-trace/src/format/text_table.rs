@@ -4,6 +4,7 @@
 //! [`csv_file`](crate::format::csv_file).
 
 use crate::fault::{Fault, TraceError};
+use crate::format::number::decimal;
 use memchr::memchr;
 use std::borrow::Cow;
 
@@ -65,6 +66,18 @@ pub(crate) struct BareLines<'a> {
     end: u8,
 }
 
+impl<'a> BareLines<'a> {
+    /// The lines that are left.
+    pub(crate) const fn rest(&self) -> &'a str {
+        self.rest
+    }
+
+    /// Leaves out so many bytes, which are whole lines with their ends.
+    pub(crate) fn skip_bytes(&mut self, bytes: usize) {
+        self.rest = &self.rest[bytes..];
+    }
+}
+
 impl<'a> Iterator for BareLines<'a> {
     type Item = &'a str;
 
@@ -105,7 +118,7 @@ pub(crate) fn check_length(name: &str, line: u64, row: &str) -> Result<(), Trace
 }
 
 /// Whether a byte is a character of its own that is seen, as most characters of a table are: no blank, and no part of another character.
-const fn is_seen(byte: Option<&u8>) -> bool {
+pub(crate) const fn is_seen(byte: Option<&u8>) -> bool {
     matches!(byte, Some(b'!'..=b'~'))
 }
 
@@ -262,20 +275,10 @@ impl Delimiter {
 
     /// The same in the memory of another row's fields.
     pub(crate) fn split<'a>(self, row: &'a str, fields: &mut Vec<Cow<'a, str>>) -> Result<(), Fault> {
-        match self {
-            Self::Char(c) if has_quotes(row) => {
-                *fields = quoted_fields(row, c)?;
-                self.check_columns(row, fields)
-            }
-            _ => self.split_unquoted(row, fields),
-        }
-    }
-
-    /// The same of a row without quotes: a text is searched for them in less time than each of its rows.
-    pub(crate) fn split_unquoted<'a>(self, row: &'a str, fields: &mut Vec<Cow<'a, str>>) -> Result<(), Fault> {
         fields.clear();
         match self {
             Self::Blanks => fields.extend(row.split_whitespace().map(Cow::Borrowed).take(MAX_COLUMNS + 1)),
+            Self::Char(c) if memchr(b'"', row.as_bytes()).is_some() => *fields = quoted_fields(row, c)?,
             Self::Char(c) if c.is_ascii() => {
                 let mut from = 0;
                 let mut push = |end: usize| {
@@ -290,10 +293,6 @@ impl Delimiter {
             }
             Self::Char(c) => fields.extend(row.split(c).map(|field| Cow::Borrowed(field.trim())).take(MAX_COLUMNS + 1)),
         }
-        self.check_columns(row, fields)
-    }
-
-    fn check_columns(self, row: &str, fields: &[Cow<'_, str>]) -> Result<(), Fault> {
         if fields.len() > MAX_COLUMNS {
             let found = match self {
                 Self::Blanks => row.split_whitespace().count(),
@@ -303,11 +302,6 @@ impl Delimiter {
         }
         Ok(())
     }
-}
-
-/// Whether a text has a quote.
-pub(crate) fn has_quotes(text: &str) -> bool {
-    memchr(b'"', text.as_bytes()).is_some()
 }
 
 /// Whether a character separates fields that are all numbers or empty.
@@ -370,73 +364,6 @@ pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> 
         None if is_missing(field) => Ok(f64::NAN),
         None => finite(field, comma),
     }
-}
-
-/// A finite number with a decimal point, as most fields have it. Every other number is none here.
-fn decimal(field: &str) -> Option<f64> {
-    few_digits(field).or_else(|| field.parse().ok().filter(|value: &f64| value.is_finite()))
-}
-
-/// A number of few digits without exponent, with the bits that the standard library gives it: the digits as a whole number and the power of
-/// ten are exact, so that their quotient is rounded once (Clinger, "How to read floating point numbers accurately", 1990).
-pub(crate) fn few_digits(field: &str) -> Option<f64> {
-    /// Most characters: the whole number fits into 64 bits.
-    const MOST: usize = 17;
-    const POWERS: [f64; MOST + 1] =
-        [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17];
-    /// Up to there every whole number is one of f64.
-    const EXACT: u64 = 1 << 53;
-    let (negative, characters) = match field.as_bytes() {
-        [b'-', rest @ ..] => (true, rest),
-        all => (false, all),
-    };
-    if characters.len() > MOST {
-        return None;
-    }
-    let (whole, behind) = digits(0, characters);
-    let (whole, decimals, digits) = match behind {
-        [] => (whole, 0, characters.len()),
-        [b'.', rest @ ..] => {
-            let (whole, behind) = digits(whole, rest);
-            if !behind.is_empty() {
-                return None;
-            }
-            (whole, rest.len(), characters.len() - 1)
-        }
-        _ => return None,
-    };
-    if digits == 0 || whole > EXACT {
-        return None;
-    }
-    let value = whole as f64 / POWERS[decimals];
-    Some(if negative { -value } else { value })
-}
-
-/// A whole number with the digits behind it that a text of at most 17 begins with, and the rest of the text.
-#[inline]
-fn digits(mut whole: u64, mut text: &[u8]) -> (u64, &[u8]) {
-    // Four at a time where there are as many: the upper half of each byte is 3, and still is with 6 added.
-    while let Some((four, rest)) = text.split_first_chunk::<4>() {
-        let word = u32::from_le_bytes(*four);
-        const UPPER: u32 = 0xf0f0_f0f0;
-        if (word & UPPER) | ((word.wrapping_add(0x0606_0606) & UPPER) >> 4) != 0x3333_3333 {
-            break;
-        }
-        // Two numbers of two digits, then one of four.
-        let pairs = ((word & 0x0f0f_0f0f).wrapping_mul(1 + (10 << 8)) >> 8) & 0x00ff_00ff;
-        let number = pairs.wrapping_mul(1 + (100 << 16)) >> 16;
-        whole = whole * 10_000 + u64::from(number);
-        text = rest;
-    }
-    while let Some((first, rest)) = text.split_first() {
-        let digit = first.wrapping_sub(b'0');
-        if digit >= 10 {
-            break;
-        }
-        whole = whole * 10 + u64::from(digit);
-        text = rest;
-    }
-    (whole, text)
 }
 
 /// A finite number. A decimal comma is accepted if `comma` is set.
@@ -518,25 +445,6 @@ mod tests {
         assert_eq!(Delimiter::of_rows("0,00;12,5;;-3,1"), Delimiter::Char(';'));
         assert_eq!(Delimiter::of_rows("0,00\t12,5\t-3,1"), Delimiter::Char('\t'));
         assert_eq!(Delimiter::of_rows("0,1,2"), Delimiter::Char(','));
-    }
-
-    proptest::proptest! {
-        /// Nothing is taken that the standard library refuses, and the bits are the same.
-        #[test]
-        fn numbers_are_those_of_the_standard_library(text in "[-+]?[0-9]{0,25}[.]?[0-9]{0,25}([eE][-+]?[0-9]{0,4})?|[-+0-9.eEinfaINFANty_ x]{0,9}") {
-            if let Some(value) = decimal(&text) {
-                proptest::prop_assert_eq!(text.parse::<f64>().map(f64::to_bits), Ok(value.to_bits()), "{}", text);
-            }
-        }
-
-        #[test]
-        fn every_number_is_read_back(bits in proptest::prelude::any::<u64>()) {
-            let value = f64::from_bits(bits);
-            if value.is_finite() {
-                proptest::prop_assert_eq!(decimal(&format!("{value:e}")).map(f64::to_bits), Some(bits));
-                proptest::prop_assert_eq!(decimal(&value.to_string()).map(f64::to_bits), Some(bits));
-            }
-        }
     }
 
     #[test]

@@ -24,6 +24,10 @@ pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: b
             "`{heading}`: all values are from {least:.1} to {most:.1}, near a whole turn of 360 degrees, which is taken out."
         ));
     }
+    // Where all values are that close, none is a step.
+    if most - least <= STEP_SHARE * turn {
+        return None;
+    }
     let is_step = |step: f64| step.abs() > STEP_SHARE * turn;
     let mut before = None;
     if !known().any(|value| before.replace(value).is_some_and(|before| is_step(value - before))) {
@@ -59,13 +63,16 @@ pub(crate) fn take_out(heading: &str, values: &mut [f64], turn: f64, is_known: b
 fn extent(values: &[f64]) -> (f64, f64) {
     const LANES: usize = 8;
     let (mut least, mut most) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    for block in values.chunks(LANES) {
+    let mut take = |block: &[f64]| {
         for ((value, least), most) in block.iter().zip(&mut least).zip(&mut most) {
             let is_known = value.is_finite();
             *least = if is_known && value < least { *value } else { *least };
             *most = if is_known && value > most { *value } else { *most };
         }
-    }
+    };
+    let (blocks, rest) = values.as_chunks::<LANES>();
+    blocks.iter().for_each(|block| take(block));
+    take(rest);
     (least.into_iter().fold(f64::INFINITY, f64::min), most.into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 

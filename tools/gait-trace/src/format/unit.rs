@@ -2,7 +2,8 @@
 
 use crate::fault::Fault;
 use crate::format::angle_unit::AngleUnit;
-use crate::format::text_table::{few_digits, finite, is_missing, number_or_missing};
+use crate::format::number::few_digits;
+use crate::format::text_table::{finite, is_missing, number_or_missing};
 use crate::format::words::SECONDS;
 use crate::recording::{Channel, Quantity};
 
