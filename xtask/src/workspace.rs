@@ -219,6 +219,15 @@ impl Workspace {
         one_program(Build { label: "gait-changes", cargo, executables: &["gait-changes"] })
     }
 
+    /// The same program for the host. Beside packages of the host tests its dependencies have the features that they have there; those that only tests
+    /// ask for are counted in because of the example, which the host tests have built.
+    pub(crate) fn gait_changes_on_host(&self) -> Result<PathBuf> {
+        let mut cargo = shell::cargo();
+        cargo.args(["build", "--package", "step-cost", "--package", "footfall-tests", "--package", "cpg-core"]);
+        cargo.args(["--bin", "gait-changes", "--example", "endurance"]);
+        one_program(Build { label: "gait-changes for the host", cargo, executables: &["gait-changes"] })
+    }
+
     /// The program that runs an image without a board.
     pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
         one_program(host_build("virtual-board", &["virtual-board"], &[]))
@@ -226,12 +235,12 @@ impl Workspace {
 
     /// The program that measures images and source.
     pub(crate) fn audit(&self) -> Result<PathBuf> {
-        one_program(host_build("audit", &["audit"], &["board-cost"]))
+        one_program(host_build("audit", &["audit"], &["board-cost", "footfall", WHEEL]))
     }
 
     /// The program that counts the cost of each part of an image.
     pub(crate) fn board_cost(&self) -> Result<PathBuf> {
-        one_program(host_build("board-cost", &["board-cost"], &["audit"]))
+        one_program(host_build("board-cost", &["board-cost"], &["audit", "footfall", WHEEL]))
     }
 
     /// The command-line program.
@@ -266,7 +275,7 @@ fn features(board: Board, variant: Variant) -> String {
 }
 
 /// The Python package, whose wheel needs every dependency of `footfall`, with the same features or more.
-const WHEEL: &str = "footfall-python";
+pub(crate) const WHEEL: &str = "footfall-python";
 
 /// A build of programs for the host: packages with an executable of the same name. Cargo gives a dependency the features that the chosen packages need
 /// together, so with the packages `beside`, of which nothing is built, what is compiled here serves their builds too.
@@ -318,31 +327,38 @@ mod tests {
         assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
     }
 
+    /// The crates of other people behind packages, by name and version: the features that each is compiled with.
+    fn crates(arguments: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
+        let mut cargo = shell::cargo();
+        cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
+        let tree = shell::stdout_of(&mut cargo).unwrap();
+        let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
+        let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
+        for line in lines.filter(|line| !line.is_empty() && !line.contains(" (")) {
+            let (name, features) = line.split_once(';').unwrap();
+            crates.entry(name.into()).or_default().insert(features.into());
+        }
+        crates
+    }
+
     /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
-    /// `cargo footfall` nor the tests of the virtual board may do so with a crate of other people. (The program's own crates
-    /// are compiled again where the full program asks more of them.)
+    /// `cargo footfall` nor the tests of the virtual board, nor the build for the wheel may do so with a crate of other people. (The
+    /// program's own crates are compiled again where the full program asks more of them.) Nor may the programs that look at images
+    /// give another feature to a crate of that build.
     #[test]
     fn the_host_programs_share_their_crates() {
-        // By name and version, the features that it is compiled with.
-        let crates = |arguments: &[&str]| {
-            let mut cargo = shell::cargo();
-            cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
-            let tree = shell::stdout_of(&mut cargo).unwrap();
-            let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
-            let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
-            for line in lines.filter(|line| !line.is_empty() && !line.contains(" (")) {
-                let (name, features) = line.split_once(';').unwrap();
-                crates.entry(name.into()).or_default().insert(features.into());
-            }
-            crates
-        };
         let run = crates(&["--package", "virtual-board", "--package", "footfall", "--no-default-features"]);
-        for later in ["virtual-board", "footfall"] {
-            let mut later_crates = crates(&["--package", later]);
+        let wheel = ["--package", "footfall", "--package", WHEEL];
+        for later in [&["--package", "virtual-board"][..], &wheel[..2], &wheel[..]] {
+            let mut later_crates = crates(later);
             later_crates.retain(|name, _| run.contains_key(name));
-            assert!(later_crates.len() > 50, "{later} has crates");
+            assert!(later_crates.len() > 50, "{later:?} has crates");
             later_crates.retain(|name, features| !features.is_subset(&run[name]));
-            assert!(later_crates.is_empty(), "built for {later} once more, with other features: {later_crates:#?}");
+            assert!(later_crates.is_empty(), "built for {later:?} once more, with other features: {later_crates:#?}");
         }
+        let images = crates(&[&wheel[..], &["--package", "audit", "--package", "board-cost"]].concat());
+        let mut wheel = crates(&wheel);
+        wheel.retain(|name, features| !features.is_subset(&images[name]));
+        assert!(wheel.is_empty(), "built for the images once more, with other features: {wheel:#?}");
     }
 }
