@@ -246,7 +246,8 @@ impl<'a> Table<'a> {
     /// Reads rows of plain numbers up to one that is none. `line` is the last line before them; a row has shown that there is no row of units.
     fn push_plain(&mut self, line: &mut u64, lines: &mut BareLines<'_>) {
         let Some(plain) = self.plain.as_ref().filter(|_| self.misses < MOST_MISSES) else { return };
-        if self.row_lines.is_empty() || !self.marks.are_settled() || !self.header.is_in_units() {
+        // The end of a plain row is an LF, which a text of lines that end in CR would be searched for in vain.
+        if lines.end_in_cr() || self.row_lines.is_empty() || !self.marks.are_settled() || !self.header.is_in_units() {
             return;
         }
         let mut numbers = vec![0.0; plain.columns()];

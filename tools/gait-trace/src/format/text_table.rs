@@ -67,6 +67,11 @@ pub(crate) struct BareLines<'a> {
 }
 
 impl<'a> BareLines<'a> {
+    /// Whether the lines end in CR alone.
+    pub(crate) const fn end_in_cr(&self) -> bool {
+        self.end == b'\r'
+    }
+
     /// The lines that are left.
     pub(crate) const fn rest(&self) -> &'a str {
         self.rest

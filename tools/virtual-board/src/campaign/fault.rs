@@ -99,6 +99,10 @@ impl Expected {
             self.reset_within_ms.is_none() || self.allows(Reaction::Reset),
             "`reset_within_ms` without `reset`; allowed is with `reset` among the reactions"
         );
+        ensure!(
+            self.reset_within_ms.is_none_or(|ms| ms < self.within_ms),
+            "`reset_within_ms` is not below `within_ms`; allowed is a limit that is shorter"
+        );
         Ok(())
     }
 }

@@ -245,6 +245,10 @@ mod tests {
                 "fault `a`: reset_within_ms is 0; allowed is more than 0",
             ),
             (
+                fault("\"crystal\"", "walking", "40, reset_within_ms = 40"),
+                "fault `a`: `reset_within_ms` is not below `within_ms`",
+            ),
+            (
                 fault("\"crystal\"", "walking", "40, reset_within_ms = 9")
                     .replace("\"reset\", boot = \"iwdg\"", "\"off\""),
                 "fault `a`: `reset_within_ms` without `reset`",

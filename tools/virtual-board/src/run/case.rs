@@ -480,8 +480,10 @@ fn missed(expected: &Expected, outcome: &Outcome<'_>, status: Option<Status>) ->
             is_wrong.then(|| format!("{}; allowed causes: {}", came(), names.join(", ")))
         })
         .or_else(|| {
-            let most = reset_within_ms.filter(|most| reaction.reset_us.is_some_and(|us| us > most * 1e3))?;
-            Some(format!("reset {}; allowed are {most} ms", ms(reaction.reset_us)))
+            let most = reset_within_ms.filter(|_| reaction.reset_us.is_some())?;
+            let is_late = late(reaction.reset_us, most * 1e3) || outcome.armed && late(outcome.off_us(), most * 1e3);
+            let (off, reset) = (ms(outcome.off_us()), ms(reaction.reset_us));
+            is_late.then(|| format!("reset {reset}, outputs off {off}; allowed are {most} ms"))
         })
         .or_else(|| {
             let most = decided_within_us.filter(|most| late(decided, *most))?;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use joint_loop::tuning::{Action, Outcome};
+use joint_loop::tuning::Action;
 use joint_loop::{Cause, SupervisorState};
 use joint_units::{Joint, PulseMicros};
 use wire::{Answered, Record};
@@ -15,8 +15,8 @@ use crate::failure::Failure;
 
 /// What a board does in a trim.
 pub(super) trait Trimmed {
-    /// Asks for something; what became of it.
-    fn ask(&mut self, action: Action) -> Result<Outcome, Failure>;
+    /// Asks for something; what became of it, and in which tick.
+    fn ask(&mut self, action: Action) -> Result<Answered, Failure>;
 
     /// Listens for a moment; what the board reported last, nothing before its first report.
     fn listen(&mut self) -> Result<Option<Seen>, Failure>;
@@ -61,14 +61,14 @@ impl<'a> Board<'a> {
 }
 
 impl Trimmed for Board<'_> {
-    fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
+    fn ask(&mut self, action: Action) -> Result<Answered, Failure> {
         let request = self.requests.ask(action, Instant::now());
         self.port.send(&request)?;
         let until = Instant::now() + ANSWER_WITHIN;
         while Instant::now() < until {
             self.receive()?;
             if let Some(answer) = self.answers.drain(..).find(|answer| answer.number == request.number) {
-                return Ok(answer.outcome);
+                return Ok(answer);
             }
         }
         Err(self.port.no_answer())

@@ -37,6 +37,8 @@ pub(super) struct Session<B, W> {
     goal: Option<PulseMicros>,
     /// The servo is on its way; false as soon as the program has said that it is there.
     is_moving: bool,
+    /// Tick in which the board took the goal: a report of before is of the way to another.
+    moved: u32,
     /// Tick since which the board reports the goal.
     reported: Option<u32>,
     /// Tick of the last jog.
@@ -67,6 +69,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
             out,
             goal,
             is_moving,
+            moved: 0,
             reported,
             jogged: 0,
             last_move: 1,
@@ -117,7 +120,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
     /// Makes the next hold of the button begin a trim.
     fn choose(&mut self) -> Result<(), Failure> {
         let name = self.joint.name();
-        match self.board.ask(Action::Trim { joint: self.joint })? {
+        match self.board.ask(Action::Trim { joint: self.joint })?.outcome {
             Outcome::Staged => self.is_chosen = true,
             Outcome::NotAtRest => {
                 return Err(Failure::run(
@@ -145,7 +148,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
             )));
         }
         let pulse = parked[self.joint as usize];
-        (self.goal, self.jogged) = (Some(pulse), seen.tick);
+        (self.goal, self.moved, self.jogged) = (Some(pulse), seen.tick, seen.tick);
         self.tell(format_args!(
             "{} is at {} us. Move it to 0 degrees and type `angle 0`, then to another angle, {LEAST_SPAN_DEG} degrees away or more.\n{HELP}",
             self.joint.name(),
@@ -161,7 +164,8 @@ impl<B: Trimmed, W: Write> Session<B, W> {
 
     fn arrive(&mut self, seen: &Seen) -> Result<(), Failure> {
         let pulse = seen.pulses[self.joint as usize];
-        let is_goal = self.goal == Some(pulse);
+        let is_later = seen.tick.wrapping_sub(self.moved) as i32 >= 0;
+        let is_goal = is_later && self.goal == Some(pulse);
         self.reported = self.reported.filter(|_| is_goal).or(is_goal.then_some(seen.tick));
         if self.is_moving && self.is_there(seen) {
             self.is_moving = false;
@@ -200,8 +204,10 @@ impl<B: Trimmed, W: Write> Session<B, W> {
     }
 
     fn jog(&mut self, pulse: PulseMicros) -> Result<(), Failure> {
-        match self.board.ask(Action::Jog { pulse })? {
-            Outcome::InEffect => self.goal = Some(pulse),
+        let answer = self.board.ask(Action::Jog { pulse })?;
+        match answer.outcome {
+            Outcome::InEffect if self.goal == Some(pulse) => {}
+            Outcome::InEffect => (self.goal, self.moved) = (Some(pulse), answer.tick),
             // It has ended in the meantime, which its state will show.
             Outcome::NotTrimming => {}
             other => self.tell(format_args!("the board refuses {} us: {}", pulse.0, other.name()))?,
@@ -298,6 +304,7 @@ mod tests {
     use joint_loop::{BoardFaults, Cause, Sample, WatchdogHz};
     use joint_units::{AdcCode, Volts};
     use std::sync::mpsc::{Sender, channel};
+    use wire::Answered;
 
     /// The loop of a board, with holds of its button from these ticks on and a fault at one.
     struct Loop {
@@ -334,9 +341,9 @@ mod tests {
     }
 
     impl Trimmed for &mut Loop {
-        fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
+        fn ask(&mut self, action: Action) -> Result<Answered, Failure> {
             self.tick(Some(Request { number: 1, action }));
-            Ok(self.joints.answers().next().unwrap().outcome)
+            Ok(self.joints.answers().next().unwrap().into())
         }
 
         fn listen(&mut self) -> Result<Option<Seen>, Failure> {
@@ -388,13 +395,58 @@ mod tests {
         }
     }
 
+    /// Five reports a second: the board has moved on from the pulse of its last report when the user goes back to it.
+    #[test]
+    fn a_report_of_the_way_to_another_pulse_is_not_that_of_the_goal() {
+        struct Rarely<'a> {
+            board: &'a mut Loop,
+            last: Option<Seen>,
+            user: Sender<io::Result<String>>,
+            back_to: Option<PulseMicros>,
+        }
+        impl Trimmed for &mut Rarely<'_> {
+            fn ask(&mut self, action: Action) -> Result<Answered, Failure> {
+                (&mut *self.board).ask(action)
+            }
+
+            fn listen(&mut self) -> Result<Option<Seen>, Failure> {
+                let seen = (&mut *self.board).listen()?;
+                let now = self.board.joints.frame().tick;
+                if self.last.is_none_or(|last| now >= last.tick + 200) {
+                    self.last = seen;
+                }
+                let on_its_way = |last: &Seen| last.pulses[0].0 > 1_400 && last.pulses[0].0 < 1_500;
+                if let Some(last) = self.last.filter(|last| on_its_way(last) && now >= last.tick + 100)
+                    && self.back_to.is_none()
+                {
+                    self.back_to = Some(last.pulses[0]);
+                    let lines = [format!("={}", last.pulses[0].0), "angle 0".into(), "quit".into()];
+                    lines.into_iter().for_each(|line| self.user.send(Ok(line)).unwrap());
+                }
+                Ok(self.last)
+            }
+        }
+        let mut board = Loop::new(&[500]);
+        let (user, lines) = channel();
+        user.send(Ok("=1400".into())).unwrap();
+        let mut rarely = Rarely { board: &mut board, last: None, user, back_to: None };
+        let mut said = Vec::new();
+        let ended = Session::new(&mut rarely, Joint::LeftHip, DEFAULT, lines, true, &mut said).run();
+        let (goal, said) = (rarely.back_to.unwrap(), String::from_utf8(said).unwrap());
+        assert!(ended.unwrap_err().to_string().contains("ended without a map"), "{said}");
+        assert!(said.contains(&format!("at {} us", goal.0)), "{said}");
+        let stays = board.pulses.chunk_by(|one, next| one == next).filter(|stay| stay[0] == goal);
+        let longest = stays.map(<[_]>::len).max();
+        assert!(longest >= Some(40), "{longest:?} ticks at {} us: {said}", goal.0);
+    }
+
     /// The user thinks for a minute: the program keeps the trim going.
     #[test]
     fn a_slow_user_loses_nothing() {
         type Answer = io::Result<String>;
         struct Slowly<'a>(&'a mut Loop, Sender<Answer>, Vec<(u32, &'static str)>);
         impl Trimmed for Slowly<'_> {
-            fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
+            fn ask(&mut self, action: Action) -> Result<Answered, Failure> {
                 (&mut *self.0).ask(action)
             }
 
