@@ -32,10 +32,11 @@ import footfall
 
 {call}
 print('begins', flush=True)
+begun = time.process_time()
 try:
     call()
 except KeyboardInterrupt:
-    print('interrupted', after(), flush=True)
+    print('interrupted', after(), time.process_time() - begun, flush=True)
 else:
     print('ended by itself', flush=True)
 """
@@ -47,14 +48,23 @@ def test_an_interrupt_ends_the_first_long_call(name: str) -> None:
     program = SCRIPT.format(call=CALLS[name])
     # An own interpreter that takes SIGINT, also where the tests run in the background, which ignores it.
     program = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n" + program
-    process = subprocess.Popen([sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # With one thread the processor time is at most the time by the clock, on a busy machine less.
+    process = subprocess.Popen(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        env={**os.environ, "RAYON_NUM_THREADS": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     assert process.stdout is not None and process.stdout.readline() == "begins\n", process.communicate()
+    begun = time.monotonic()
     time.sleep(0.7)
     os.kill(process.pid, signal.SIGINT)
-    sent = time.monotonic()
-    assert process.stdout.readline() == "interrupted True\n", process.communicate()
-    took_s = time.monotonic() - sent
+    waited_s = time.monotonic() - begun
+    ended = process.stdout.readline().split()
+    assert ended[:2] == ["interrupted", "True"], process.communicate()
     process.kill()
     process.communicate()
-    # 0.05 s of work, and the rest for a machine that is busy.
-    assert took_s < 1.0, f"{took_s:.2f} s"
+    # 0.05 s of work, and the rest for the beginning and the end of the call.
+    assert float(ended[2]) < waited_s + 0.5, f"{ended[2]} s of processor time, {waited_s:.2f} s before the interrupt"
