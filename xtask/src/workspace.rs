@@ -327,26 +327,25 @@ mod tests {
         assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
     }
 
-    /// The crates of other people behind packages, by name and version: the features that each is compiled with.
-    fn crates(arguments: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
-        let mut cargo = shell::cargo();
-        cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
-        let tree = shell::stdout_of(&mut cargo).unwrap();
-        let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
-        let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
-        for line in lines.filter(|line| !line.is_empty() && !line.contains(" (")) {
-            let (name, features) = line.split_once(';').unwrap();
-            crates.entry(name.into()).or_default().insert(features.into());
-        }
-        crates
-    }
-
     /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
     /// `cargo footfall` nor the tests of the virtual board, nor the build for the wheel may do so with a crate of other people. (The
     /// program's own crates are compiled again where the full program asks more of them.) Nor may the programs that look at images
     /// give another feature to a crate of that build.
     #[test]
     fn the_host_programs_share_their_crates() {
+        // By name and version, the features that it is compiled with.
+        let crates = |arguments: &[&str]| {
+            let mut cargo = shell::cargo();
+            cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
+            let tree = shell::stdout_of(&mut cargo).unwrap();
+            let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
+            let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
+            for line in lines.filter(|line| !line.is_empty() && !line.contains(" (")) {
+                let (name, features) = line.split_once(';').unwrap();
+                crates.entry(name.into()).or_default().insert(features.into());
+            }
+            crates
+        };
         let run = crates(&["--package", "virtual-board", "--package", "footfall", "--no-default-features"]);
         let wheel = ["--package", "footfall", "--package", WHEEL];
         for later in [&["--package", "virtual-board"][..], &wheel[..2], &wheel[..]] {

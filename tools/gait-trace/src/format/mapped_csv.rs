@@ -87,8 +87,6 @@ struct Table<'a> {
     name: &'a str,
     header: Header,
     header_line: u64,
-    /// The first line that is neither free text nor a comment: the header or a row.
-    first_line: u64,
     /// The first line that may be a row.
     first_row: u64,
     delimiter: Delimiter,
@@ -186,6 +184,7 @@ impl<'a> Table<'a> {
             header.time.index().into_iter().chain(header.chosen.iter().map(|chosen| chosen.index)).collect();
         let marks = RowMarks::of(&header.headings, &used, &how.only)
             .map_err(|fault| TraceError::new(name, Some(header_line), fault))?;
+        let cut = cut_line(text, delimiter, header.headings.len(), |column| used.contains(&column));
         let is_component = |column| header.chosen.iter().any(|chosen| chosen.is_component(column));
         let is_used = |column| used.contains(&column) || is_component(column);
         let plain = PlainRow::of(delimiter, header.headings.len(), is_used);
@@ -193,13 +192,12 @@ impl<'a> Table<'a> {
             name,
             header,
             header_line,
-            first_line: first.0,
             first_row: if headless { first.0 } else { first.0 + 1 },
             delimiter,
             marks,
             plain,
             misses: 0,
-            cut: None,
+            cut: cut.filter(|&line| line > first.0),
             record: Record::of_bytes(text.as_bytes()),
             time_s: Vec::new(),
             row_lines: RowLines::default(),
@@ -209,21 +207,8 @@ impl<'a> Table<'a> {
 
     /// Reads the text, of which the header is read.
     fn read(mut self, text: &str, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
-        self.cut = self.cut_line(text);
         self.push_rows(text)?;
         self.finish(text.ends_with(['\n', '\r']), how)
-    }
-
-    /// The last line of the text, if it is cut short.
-    fn cut_line(&self, text: &str) -> Option<u64> {
-        let is_number = |column| {
-            let is_time = match self.header.time {
-                TimeSource::Column { index, .. } | TimeSource::Frames { index, .. } => index == column,
-                TimeSource::Rows { .. } => false,
-            };
-            is_time || self.header.chosen.iter().any(|chosen| chosen.index == column)
-        };
-        cut_line(text, self.delimiter, self.header.headings.len(), is_number).filter(|&line| line > self.first_line)
     }
 
     /// Reads the rows of the text.

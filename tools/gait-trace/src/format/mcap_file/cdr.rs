@@ -3,9 +3,6 @@
 //! A message begins with four bytes: 0, the byte order, and two bytes of options. Behind them each number is at a multiple of its own
 //! size, counted from the end of these four bytes (OMG CORBA 3.3, part 2, 9.3; OMG DDSI-RTPS 2.3, 10.5).
 
-/// Elements of a sequence for which there is memory before they are read: a count may be wrong.
-const USUAL: usize = 64;
-
 /// A message that is read from its beginning.
 pub(super) struct Cdr<'a> {
     bytes: &'a [u8],
@@ -50,12 +47,10 @@ impl<'a> Cdr<'a> {
         Ok(number)
     }
 
-    #[inline]
     pub(super) fn u32(&mut self, what: &str) -> Result<u32, String> {
         self.number(what).map(u32::from_le_bytes)
     }
 
-    #[inline]
     pub(super) fn i32(&mut self, what: &str) -> Result<i32, String> {
         self.number(what).map(i32::from_le_bytes)
     }
@@ -70,7 +65,6 @@ impl<'a> Cdr<'a> {
     }
 
     /// The number of elements of a sequence, each of which takes `least` bytes or more.
-    #[inline]
     fn count(&mut self, least: usize, what: &str) -> Result<usize, String> {
         let count = self.u32(what)? as usize;
         let most = (self.bytes.len() - self.at) / least;
@@ -81,21 +75,11 @@ impl<'a> Cdr<'a> {
     }
 
     pub(super) fn texts(&mut self, what: &str) -> Result<Vec<&'a str>, String> {
-        let count = self.count(4, what)?;
-        let mut texts = Vec::with_capacity(count.min(USUAL));
-        for _ in 0..count {
-            texts.push(self.text(what)?);
-        }
-        Ok(texts)
+        (0..self.count(4, what)?).map(|_| self.text(what)).collect()
     }
 
     pub(super) fn f64s(&mut self, what: &str) -> Result<Vec<f64>, String> {
-        let count = self.count(8, what)?;
-        let mut numbers = Vec::with_capacity(count.min(USUAL));
-        for _ in 0..count {
-            numbers.push(f64::from_le_bytes(self.number(what)?));
-        }
-        Ok(numbers)
+        (0..self.count(8, what)?).map(|_| self.number(what).map(f64::from_le_bytes)).collect()
     }
 }
 
