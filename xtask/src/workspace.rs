@@ -24,6 +24,8 @@ pub(crate) struct Workspace {
     pub(crate) started_in: PathBuf,
     /// Warnings in code for the board fail the build. Outside the tests they are only shown.
     pub(crate) strict: bool,
+    /// [`Workspace::footfall`] is the program that the host tests build too, in the profile `dev`: all its crates are then compiled once.
+    pub(crate) footfall_of_tests: bool,
     toolchain: Option<Toolchain>,
 }
 
@@ -67,7 +69,7 @@ impl Workspace {
             shell::stdout_of(shell::cargo().args(["metadata", "--format-version", "1", "--no-deps", "--offline"]))?;
         let metadata: serde_json::Value = serde_json::from_str(&metadata).context("reading cargo's metadata")?;
         let target_dir = metadata["target_directory"].as_str().context("cargo names no target folder")?.into();
-        Ok(Workspace { target_dir, started_in, strict: false, toolchain: None })
+        Ok(Workspace { target_dir, started_in, strict: false, footfall_of_tests: false, toolchain: None })
     }
 
     /// Makes the computer ready for `needs`, all of which are required.
@@ -245,7 +247,13 @@ impl Workspace {
 
     /// The command-line program.
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
-        one_program(host_build("footfall", &["footfall"], &[WHEEL]))
+        if !self.footfall_of_tests {
+            return one_program(host_build("footfall", &["footfall"], &[WHEEL]));
+        }
+        let mut cargo = shell::cargo();
+        // Features that only tests ask for are counted in because of the example, which the host tests build.
+        cargo.args(["build", "--bin", "footfall", "--example", "endurance"]);
+        one_program(Build { label: "footfall, as the tests build it", cargo, executables: &["footfall"] })
     }
 
     /// The command-line program, and the one that measures it.
@@ -322,28 +330,54 @@ mod tests {
 
     #[test]
     fn a_build_without_a_toolchain_is_refused() {
-        let workspace =
-            Workspace { target_dir: "target".into(), started_in: ".".into(), strict: false, toolchain: None };
+        let workspace = Workspace {
+            target_dir: "target".into(),
+            started_in: ".".into(),
+            strict: false,
+            footfall_of_tests: false,
+            toolchain: None,
+        };
         assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
     }
 
+    /// By name and version, the features that each crate is compiled with, through these edges of the packages that `arguments` select.
+    fn crates(edges: &str, arguments: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
+        let mut cargo = shell::cargo();
+        cargo.args(["tree", "--edges", edges, "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
+        // Without a package those of `cargo test`.
+        cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
+        let tree = shell::stdout_of(&mut cargo).unwrap();
+        let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
+        let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
+        for line in lines.filter(|line| !line.is_empty()) {
+            let (name, features) = line.split_once(';').unwrap();
+            crates.entry(name.into()).or_default().insert(features.into());
+        }
+        crates
+    }
+
+    /// Otherwise the wheel of the tests would compile the crates of the fits once more.
+    #[test]
+    #[cfg(not(windows))]
+    fn the_wheel_of_the_tests_shares_the_crates_of_the_host_tests() {
+        let tests = crates("normal,build,dev", &[]);
+        let mut wheel = crates("normal,build", &["--package", WHEEL, "--features", "as-in-tests"]);
+        wheel.retain(|name, _| tests.contains_key(name));
+        assert!(wheel.len() > 100 && wheel.keys().any(|name| name.starts_with("gait-fit ")), "{wheel:?}");
+        wheel.retain(|name, features| !features.is_subset(&tests[name]));
+        assert!(wheel.is_empty(), "built for the wheel once more, with other features: {wheel:#?}");
+    }
+
     /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
-    /// `cargo footfall` nor the tests of the virtual board, nor the build for the wheel may do so with a crate of other people. (The
+    /// `cargo footfall` nor the tests of the virtual board, nor the build of a wheel by `pip install` may do so with a crate of other people. (The
     /// program's own crates are compiled again where the full program asks more of them.) Nor may the programs that look at images
     /// give another feature to a crate of that build.
     #[test]
     fn the_host_programs_share_their_crates() {
-        // By name and version, the features that it is compiled with.
+        // Those of other people: they have no folder.
         let crates = |arguments: &[&str]| {
-            let mut cargo = shell::cargo();
-            cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
-            let tree = shell::stdout_of(&mut cargo).unwrap();
-            let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
-            let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
-            for line in lines.filter(|line| !line.is_empty() && !line.contains(" (")) {
-                let (name, features) = line.split_once(';').unwrap();
-                crates.entry(name.into()).or_default().insert(features.into());
-            }
+            let mut crates = crates("normal,build", arguments);
+            crates.retain(|name, _| !name.contains(" ("));
             crates
         };
         let run = crates(&["--package", "virtual-board", "--package", "footfall", "--no-default-features"]);

@@ -3,7 +3,8 @@
 //! libtest decides at compile time which tests are ignored. A program that needs an image, the virtual board or recordings is built with
 //! `harness = false` and calls [`run`], which accepts the arguments of libtest (filters, `--list`, `--include-ignored`, ...). For each
 //! ignored test one line is written to standard error: `ignored: NAME: REASON`. `FOOTFALL_REQUIRE` names what must be there, with commas
-//! between the names ([`Need::name`], or `all`): a test that lacks it fails instead.
+//! between the names ([`Need::name`], or `all`): a test that lacks it fails instead. With `FOOTFALL_IMAGES_ALONE` only the tests that need an
+//! image or the host tool are in the list: the step `host-tests` runs the others.
 #![forbid(unsafe_code)]
 
 pub mod terminal;
@@ -17,6 +18,9 @@ use libtest_mimic::{Arguments, Trial};
 
 /// The variable that makes needs required.
 const REQUIRE: &str = "FOOTFALL_REQUIRE";
+
+/// The variable that leaves out tests of the host alone.
+const IMAGES_ALONE: &str = "FOOTFALL_IMAGES_ALONE";
 
 /// The flashed image, the image that drives nothing, that without a sensor and a debugger, that of the Black Pill, the program that runs them, and the host tool.
 const ELF: &str = "FOOTFALL_ELF";
@@ -83,6 +87,11 @@ impl Need {
         }
     }
 
+    /// Whether it is an image or the host tool, which the step `host-tests` has not.
+    fn is_built_apart(self) -> bool {
+        !matches!(self, Self::Traces | Self::Wild | Self::Terminal | Self::Python)
+    }
+
     /// What is missing and what to do; `None` if it is there.
     #[must_use]
     pub fn missing(self) -> Option<String> {
@@ -147,6 +156,12 @@ pub struct Test {
     pub function: fn(),
 }
 
+impl Test {
+    fn needs_what_is_built_apart(&self) -> bool {
+        self.needs.iter().any(|need| need.is_built_apart())
+    }
+}
+
 /// A list of tests: functions, each with its needs.
 ///
 /// ```
@@ -188,8 +203,9 @@ pub fn run(tests: impl IntoIterator<Item = Test>) -> ExitCode {
     let arguments = Arguments::from_args();
     REPORTS.store(arguments.nocapture || arguments.show_output, Ordering::Relaxed);
     let required = std::env::var(REQUIRE).unwrap_or_default();
+    let images_alone = std::env::var_os(IMAGES_ALONE).is_some();
     let mut trials = Vec::new();
-    for test in tests {
+    for test in tests.into_iter().filter(|test| !images_alone || test.needs_what_is_built_apart()) {
         let missing = missing(test.needs, Need::missing, &required);
         let (reason, ignored) = match &missing {
             Some(missing) => (Some(missing.reason.clone()), !missing.required),
@@ -241,6 +257,19 @@ mod tests {
 
     fn without(gone: Need) -> impl Fn(Need) -> Option<String> {
         move |need| (need == gone).then(|| "not here".to_owned())
+    }
+
+    #[test]
+    fn tests_of_the_host_alone_need_nothing_built_apart() {
+        let test = |needs| Test { name: "a", needs, function: || () };
+        assert!(
+            test(&[Need::Traces, Need::Image]).needs_what_is_built_apart()
+                && test(&[Need::Program]).needs_what_is_built_apart()
+        );
+        assert!(
+            !test(&[]).needs_what_is_built_apart()
+                && !test(&[Need::Traces, Need::Terminal]).needs_what_is_built_apart()
+        );
     }
 
     #[test]

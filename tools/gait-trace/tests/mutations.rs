@@ -1,4 +1,4 @@
-//! Every file of the corpus, and 150 damaged copies of each, through every reader: no panic, and whatever is read
+//! Every file of the corpus, and 50 damaged copies of each, through every reader: no panic, and whatever is read
 //! satisfies the guarantees of `RawJoints`. The same seeds, the same files, each time.
 
 #[path = "support/guarantees.rs"]
@@ -13,8 +13,10 @@ use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};
 
 /// Damaged copies of each file of the corpus.
-const COPIES: u64 = 150;
-/// Damaged copies of each text export of a laboratory, in the long test.
+const COPIES: u64 = 50;
+/// The same in `no_damage_of_many_makes_a_reader_panic`.
+const MANY_COPIES: u64 = 450;
+/// Damaged copies of each text export of a laboratory, in `no_damage_of_an_export_makes_its_reader_panic`.
 const EXPORT_COPIES: u64 = 30_000;
 
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
@@ -169,12 +171,23 @@ fn the_corpus_is_read_by_the_reader_that_it_is_for() {
 
 #[test]
 fn no_damage_makes_a_reader_panic() {
+    damaged_copies_are_read_or_refused(COPIES);
+}
+
+/// Takes minutes: `cargo test -p gait-trace --test mutations -- --ignored no_damage_of_many`.
+#[test]
+#[ignore = "minutes: 450 damaged copies of each file, through every reader; run it with --ignored after a change of the readers"]
+fn no_damage_of_many_makes_a_reader_panic() {
+    damaged_copies_are_read_or_refused(MANY_COPIES);
+}
+
+fn damaged_copies_are_read_or_refused(copies: u64) {
     let calibration = support::calibration();
     let ways = ways(&calibration);
     let files = corpus();
     let (mut read, mut refused) = (0, 0);
     for (index, (_, good)) in files.iter().enumerate() {
-        for copy in 0..COPIES {
+        for copy in 0..copies {
             let mut dice = Dice(0x9e37_79b9_7f4a_7c15 ^ ((index as u64) << 32 | (copy + 1)));
             let other = &files[dice.below(files.len())].1;
             let bytes = damaged(&mut dice, good, other);

@@ -60,6 +60,7 @@ pub(crate) fn test(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     let missing = workspace.prepare(&needs(&steps), &required)?;
     workspace.strict = true;
+    workspace.footfall_of_tests = true;
     let state = State::new(workspace, required);
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let (apart, mine): (Vec<&Step>, Vec<&Step>) =

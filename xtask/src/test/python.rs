@@ -41,14 +41,14 @@ impl Environment {
         shell::must_succeed(&mut install, "pip install")
     }
 
-    /// Builds the wheel of the package into an empty folder, and installs it here.
+    /// Builds the wheel of the package into an empty folder, and installs it here. Its crates are those of the host tests.
     pub(super) fn install_wheel(&self, wheels: &Path) -> Result<PathBuf> {
         if wheels.is_dir() {
             std::fs::remove_dir_all(wheels).with_context(|| format!("removing {}", wheels.display()))?;
         }
         let mut build = shell::command(&self.python);
-        build.args(["-m", "maturin", "build", "--locked", "--manifest-path", "python/Cargo.toml", "--interpreter"]);
-        build.arg(&self.python).arg("--out").arg(wheels);
+        build.args(["-m", "maturin", "build", "--locked", "--manifest-path", "python/Cargo.toml", "--profile", "dev"]);
+        build.args(["--features", "as-in-tests", "--interpreter"]).arg(&self.python).arg("--out").arg(wheels);
         shell::must_succeed(&mut build, "maturin build")?;
         let mut found = std::fs::read_dir(wheels).with_context(|| format!("reading {}", wheels.display()))?;
         let wheel = found.next().context("maturin wrote no wheel")??.path();

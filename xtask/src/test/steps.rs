@@ -22,6 +22,7 @@ use crate::self_test;
 use crate::setup::{Need, REQUIRE};
 use crate::shell;
 use crate::toolchain::SMALLEST_TARGET;
+use crate::workspace::WHEEL;
 
 /// A check.
 pub(super) struct Step {
@@ -40,7 +41,7 @@ pub(super) const STEPS: [Step; 27] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
-        claim: "clippy finds nothing on the host, nor in `footfall` as `cargo xtask run` builds it",
+        claim: "clippy finds nothing on the host, nor in `footfall` and the Python package with the features that users build them with",
         needs: &[],
         uses: &[],
         run: lints,
@@ -182,7 +183,7 @@ pub(super) const STEPS: [Step; 27] = [
     },
     Step {
         name: "python",
-        claim: "the wheel of the Python package works alone, its tests and examples pass; packages come from the network",
+        claim: "a wheel of the Python package, in the profile of the host tests, works alone, its tests and examples pass; packages come from the network",
         needs: &[Need::Python],
         uses: &[],
         run: python,
@@ -230,6 +231,8 @@ fn lints(_: &State) -> Result<String> {
     cargo(&["clippy", "--workspace", "--exclude", "virtual-board", "--all-targets", "--", "-D", "warnings"])?;
     // The whole program also compiles where the part of `cargo xtask run` lacks a module.
     cargo(&["clippy", "--package", "footfall", "--no-default-features", "--", "-D", "warnings"])?;
+    // Nor do the program and the Python package need a feature that only the tests ask for: users build them without.
+    cargo(&["clippy", "--package", "footfall", "--package", WHEEL, "--", "-D", "warnings"])?;
     Ok(String::new())
 }
 
@@ -522,9 +525,12 @@ fn image_tests(state: &State) -> Result<String> {
         ("FOOTFALL_BIN", &footfall),
         (judged::FILE, &file),
     ];
+    let mut variables = variables.map(|(name, path)| (name, path.as_os_str())).to_vec();
+    // Their other tests run in the step `host-tests`.
+    variables.push(("FOOTFALL_IMAGES_ALONE", OsStr::new("1")));
     // Without `--package`, the features are those of the host tests and nothing is compiled again.
     let arguments: Vec<&str> = IMAGE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
-    let tests = passed(state, tests(state, &arguments, &variables.map(|(name, path)| (name, path.as_os_str())))?)?;
+    let tests = passed(state, tests(state, &arguments, &variables)?)?;
     Ok(format!("{tests}; {}", Judged::read(&file)?))
 }
 
