@@ -19,7 +19,7 @@ use wire::Reset;
 
 /// One case of so many of each fault, at least one, without `FOOTFALL_EVERY`.
 const SAMPLE: &str = "61";
-/// Names the number of bits of the loop's memory that are changed, at least as many as without it.
+/// The variable with the number of bits of the loop's memory to change, at least [`FEW_BITS`].
 const BITS: &str = "FOOTFALL_BITS";
 /// Bits without the variable; docs/evidence.md has the result of 2,400.
 const FEW_BITS: usize = 1600;
@@ -286,6 +286,7 @@ fn a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses() {
     let (first, after) = (name(&first), name(&after));
     let file = tempfile::NamedTempFile::new().expect("a file");
     let bits = std::env::var(BITS).map_or(FEW_BITS, |bits| bits.parse().expect("a number"));
+    assert!(bits >= FEW_BITS, "{BITS} is {bits}; of fewer than {FEW_BITS} bits the check may find none");
     let group = format!(
         "[[memory]]\nname = \"loop\"\nsymbols = [\"{first}\", \"{after}\"]\ncount = {bits}\nstates = [\"walking\"]\n"
     );

@@ -24,7 +24,8 @@ pub(crate) struct Workspace {
     pub(crate) started_in: PathBuf,
     /// Warnings in code for the board fail the build. Outside the tests they are only shown.
     pub(crate) strict: bool,
-    /// [`Workspace::footfall`] is the program that the host tests build too, in the profile `dev`: all its crates are then compiled once.
+    /// [`Workspace::footfall`] builds in the profile `dev`, from the crates of the host tests, which are then not compiled once more. Outside the tests it
+    /// builds in the profile `host`.
     pub(crate) footfall_of_tests: bool,
     toolchain: Option<Toolchain>,
 }
@@ -356,7 +357,7 @@ mod tests {
         crates
     }
 
-    /// Otherwise the wheel of the tests would compile the crates of the fits once more.
+    /// Otherwise the wheel of the tests would compile the crates of the fits once more. Windows has crates of its own, with other features.
     #[test]
     #[cfg(not(windows))]
     fn the_wheel_of_the_tests_shares_the_crates_of_the_host_tests() {

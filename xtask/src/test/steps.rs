@@ -231,7 +231,7 @@ fn lints(_: &State) -> Result<String> {
     cargo(&["clippy", "--workspace", "--exclude", "virtual-board", "--all-targets", "--", "-D", "warnings"])?;
     // The whole program also compiles where the part of `cargo xtask run` lacks a module.
     cargo(&["clippy", "--package", "footfall", "--no-default-features", "--", "-D", "warnings"])?;
-    // Nor do the program and the Python package need a feature that only the tests ask for: users build them without.
+    // Users build the program and the Python package without the features that only tests ask for, which the first line counts in.
     cargo(&["clippy", "--package", "footfall", "--package", WHEEL, "--", "-D", "warnings"])?;
     Ok(String::new())
 }
@@ -526,7 +526,7 @@ fn image_tests(state: &State) -> Result<String> {
         (judged::FILE, &file),
     ];
     let mut variables = variables.map(|(name, path)| (name, path.as_os_str())).to_vec();
-    // Their other tests run in the step `host-tests`.
+    // Tests of these programs that need no image run in the step `host-tests`.
     variables.push(("FOOTFALL_IMAGES_ALONE", OsStr::new("1")));
     // Without `--package`, the features are those of the host tests and nothing is compiled again.
     let arguments: Vec<&str> = IMAGE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
