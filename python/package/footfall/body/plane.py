@@ -19,8 +19,9 @@ from .._errors import FootfallError, InputError
 from .by_name import named_robot
 from .drivers import LoopDriver
 from .gait import Gait, within
+from .processes import Processes
 from .rollouts import Outcome, Ride, outcomes
-from .search import FIRST_SEED, LAST_SEEDS, evolution, processes
+from .search import FIRST_SEED, LAST_SEEDS, evolution
 from .seeds import variation
 from .simulation import Body
 
@@ -201,7 +202,7 @@ def search(
     # Of the last of `recent`: its cost, its runs and the spring in them.
     least, spring_nm = math.inf, hold_nm
     of_least: List[Outcome] = []
-    with processes(jobs) as pool:
+    with Processes(jobs) as pool:
         try:
             for generation in range(1, generations + 1):
                 numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
@@ -210,7 +211,7 @@ def search(
                 vectors = [middle + SCALE * point for point in points]
                 allowed = [at for at, vector in enumerate(vectors) if _is_allowed(plane, vector)]
                 values = [10.0 + float(np.abs(point).sum()) for point in points]
-                results = pool.map(_tried, [(plane, vectors[at], trials) for at in allowed])
+                results = pool.each(_tried, [(plane, vectors[at], trials) for at in allowed])
                 walks = {}
                 for at, (found, limited) in zip(allowed, results):
                     values[at] = float(np.mean([cost(one, plane.seconds) for one in found])) + 2.0 * limited
@@ -234,7 +235,7 @@ def search(
             last = [*recent, middle + SCALE * strategy.mean]
             last = [vector for vector in last if _is_allowed(plane, vector)]
             trials = _trials(plane, drawn, LAST_SEEDS, hold_nm)
-            compared = list(pool.map(_tried, [(plane, vector, trials) for vector in last]))
+            compared = list(pool.each(_tried, [(plane, vector, trials) for vector in last]))
             runs += len(last) * len(trials)
         except KeyboardInterrupt:
             if not recent:

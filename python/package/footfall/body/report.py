@@ -6,7 +6,6 @@ import os
 import platform
 import re
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Sequence, Tuple
@@ -22,6 +21,7 @@ from .drivers import LoopDriver
 from .measures import fallen, hashes, measures, together
 from .model import STEP_S
 from .outputs import check_writable, show, write
+from .processes import Processes
 from .robots import named
 from .rollouts import Ride, outcomes
 from .seeds import variation
@@ -136,8 +136,8 @@ def numbers(rows: Sequence[Row], *, short: bool = False, jobs: int = 1, say: Cal
     if jobs == 1:
         collect(map(_job, wanted))
     else:
-        with ProcessPoolExecutor(jobs) as pool:
-            collect(pool.map(_job, wanted))
+        with Processes(jobs) as pool:
+            collect(pool.each(_job, wanted))
     lines: List[Dict[str, Any]] = []
     for row in rows:
         line: Dict[str, Any] = {"options": row.options}

@@ -1,14 +1,9 @@
 """A search for a gait on the simulated body: CMA-ES over stride time and shape, on robots that vary and a launch that is the board's."""
 
 import math
-import os
-import signal
 import sys
-import threading
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
-from multiprocessing import get_context, parent_process
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -18,6 +13,7 @@ from .by_name import named_robot
 from .drivers import LoopDriver
 from .gait import Gait, within
 from .measures import fallen, measures
+from .processes import Processes
 from .seeds import variation
 from .simulation import Body, run
 
@@ -89,27 +85,6 @@ def _tried(job: Tuple[Task, Any, int]) -> float:
     return float(tried(*job)["cost"])
 
 
-def _end_with_the_parent() -> None:
-    """Ends a process of the pool when the one that started it has been killed: it would wait for work for ever.
-
-    The keyboard reaches every process: the one that started the search stops it, and the others finish their run.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-
-    def wait() -> None:
-        if parent is not None:
-            parent.join()
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
-
-
-def processes(jobs: int) -> ProcessPoolExecutor:
-    """Processes that end with this one; fresh ones, since a fork of one that has threads may hang."""
-    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with_the_parent)
-
-
 def evolution() -> Any:
     """The class of CMA-ES, or an ``ImportError`` that says what to install."""
     try:
@@ -151,11 +126,11 @@ def search(
     drawn = np.random.default_rng(random)
     recent: List[Any] = []
     runs, ended, least = 0, 0, math.inf
-    with processes(jobs) as pool:
+    with Processes(jobs) as pool:
 
         def means(vectors: Sequence[Any], numbers: Sequence[int]) -> List[float]:
             work = [(task, vector, seed) for vector in vectors for seed in numbers]
-            costs = list(pool.map(_tried, work, chunksize=max(1, len(numbers) // 4)))
+            costs = list(pool.each(_tried, work, chunksize=max(1, len(numbers) // 4)))
             return [float(np.mean(costs[at : at + len(numbers)])) for at in range(0, len(costs), len(numbers))]
 
         try:
