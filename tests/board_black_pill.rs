@@ -92,7 +92,7 @@ fn it_walks_ten_seconds_and_stops_by_the_key() {
     let cost = boot.costs.last().expect("a second has passed");
     let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max();
     report!(
-        "{} frames with pulses, longest tick {longest:?} cycles, stack {} of {} bytes",
+        "{} frames with pulses, longest tick {longest:?} instructions, stack {} of {} bytes",
         ran.pulses.len(),
         cost.stack_used,
         cost.stack_size

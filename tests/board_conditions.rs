@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         without_a_sensor_the_supply_is_watched_too(NoSensorImage),
         ticks_that_end_late_stop_the_walk(Image),
         four_ticks_of_ten_lost_are_no_liveness(Image),
+        the_tenth_lost_tick_of_a_second_is_a_fault(Image),
         a_contact_that_is_open_half_the_time_is_in_the_log(Image),
         a_changed_register_is_a_fault(Image),
         a_faster_trigger_is_a_fault_or_a_reset(Image),
@@ -242,6 +243,29 @@ fn four_ticks_of_ten_lost_are_no_liveness() {
         assert!((20.0..120.0).contains(&took_ms), "{took_ms} ms");
         assert_eq!(second.boot.as_ref().map(|boot| boot.reset), Some(Reset::Software));
         assert!(second.log.iter().any(|line| line.contains("last run ended by stalled task")), "{:?}", second.log);
+    }
+}
+
+/// The trigger stands for a period, every 90 ms and every 120 ms: too few ticks for the watchdog task, ten and eight in a second.
+fn the_tenth_lost_tick_of_a_second_is_a_fault() {
+    for (every_ms, is_fault) in [(90, true), (120, false)] {
+        let lost = [(3.0, 0), (3.001, 1)].map(|(at_s, value)| {
+            format!(
+                "[[event]]\nat_s = {at_s}\nevery_ms = {every_ms}\ntimes = 13\n\
+                 inject = {{ write = {{ address = 0x40000000, value = {value} }} }}\n"
+            )
+        });
+        let ran = scripted(4.8, &lost.concat());
+        let [boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+        let frames = boot.watch(&GeneratorConfig::default_walk(), BoardLoop::frame);
+        let last = frames.last().expect("frames");
+        report!("a tick in {every_ms} ms lost: {} missed, {}", last.missed, last.state.name());
+        if is_fault {
+            let fault = frames.iter().find(|frame| frame.state == SupervisorState::Fault).expect("a fault");
+            assert_eq!((fault.cause, fault.missed), (Cause::Gap, 10));
+        } else {
+            assert_eq!((last.state, last.missed), (SupervisorState::Walking, 13));
+        }
     }
 }
 

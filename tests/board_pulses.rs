@@ -29,7 +29,7 @@ const LATEST_RAIL_US: f64 = 10.0;
 /// Latest moment at which it is off after the break input has cut a pulse, us: the interrupt waits for a critical section at most.
 const LATEST_RAIL_AFTER_BREAK_US: f64 = 50.0;
 /// Latest moment at which the outputs are off after a handler has begun: the longest pulse, and some instructions.
-const LATEST_DARK_US: f64 = 2_600.0;
+const LATEST_DARK_US: f64 = 2_510.0;
 /// Shortest accepted time between a write of a pulse width and the start of a servo frame, us.
 const LEAST_MARGIN_US: f64 = 300.0;
 /// A servo frame, s.

@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         the_serial_port_begins_with_the_boot_and_has_the_setpoints_of_the_host(PicoImage),
         a_request_over_usb_changes_the_speed(PicoImage),
         damaged_requests_are_counted_and_change_nothing(PicoImage),
+        gaits_change_on_time_at_their_own_speed(PicoImage),
         a_host_that_does_not_read_delays_no_tick(PicoImage),
         the_port_works_again_after_it_was_unplugged(PicoImage),
         the_emulator_warns_of_nothing_else(PicoImage),
@@ -52,6 +53,8 @@ const IN_PULSE_S: f64 = 2.998;
 
 /// Longest tick that is accepted, core cycles of the 200,000 in a period.
 const MOST_CYCLES: u32 = 75_000;
+/// The same in the ramp between two gaits by name: a third of a period is left to what counts as late.
+const MOST_CYCLES_IN_A_RAMP: u32 = 120_000;
 
 /// The gestures that arm a board, and a sensor that swings.
 fn scenario(secs: f64) -> Value {
@@ -364,6 +367,36 @@ fn a_request_over_usb_changes_the_speed() {
     let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
     assert!(longest < MOST_CYCLES, "{longest} cycles");
     report!("staged at tick {staged}, in effect at {effect}; longest tick {longest} cycles");
+}
+
+/// A gait by name is a shape, and in the ramp between two of them a tick steps both and the board's own generator. What the board did is what the host
+/// computes.
+fn gaits_change_on_time_at_their_own_speed() {
+    const APART_S: f64 = 1.6;
+    const GAITS: [i32; 3] = [4_000, 3_000, 0];
+    let mut scenario = scenario(OPENED_S + APART_S * (GAITS.len() + 1) as f64);
+    let events = scenario["events"].as_array_mut().expect("a list");
+    events.push(json!({"s": OPENED_S, "usb": "open", "bytes": []}));
+    for (thousandths, number) in GAITS.into_iter().zip(1_u16..) {
+        let action = Action::Set { parameter: Parameter::Gait, thousandths };
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        let bytes = frame_request(&Request { number, action }, &mut buffer).expect("it fits").to_vec();
+        events.push(json!({"s": OPENED_S + APART_S * (f64::from(number) - 0.5), "usb": "send", "bytes": bytes}));
+    }
+    let ran = run(&scenario, &[]);
+    let boot = &ran.boots[0];
+    let outcome = |record: &Record| if let Record::Answered(answer) = record { Some(answer.outcome) } else { None };
+    let answers: Vec<Outcome> = received(&ran).0.iter().filter_map(outcome).collect();
+    assert_eq!(answers, [Outcome::Staged, Outcome::InEffect].repeat(GAITS.len()));
+    let host = boot.replay(&GeneratorConfig::default_walk());
+    for frame in &boot.ticks {
+        assert_eq!(frame, &wire::Frame::from(&host[frame.tick as usize - 1]), "tick {}", frame.tick);
+    }
+    let last = boot.ticks.last().expect("frames");
+    assert_eq!((last.state, last.missed, last.late), (SupervisorState::Walking, 0, 0));
+    let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
+    report!("longest tick {longest} cycles");
+    assert!((MOST_CYCLES..MOST_CYCLES_IN_A_RAMP).contains(&longest), "{longest} cycles");
 }
 
 fn damaged_requests_are_counted_and_change_nothing() {

@@ -12,14 +12,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-#: A call of several seconds, and what must hold after it.
+#: A call that takes 0.8 s on a fast machine and seconds on others (10 million steps are the most of one call), and what must hold after it.
 CALLS: Dict[str, str] = {
     "Generator.run": "g = footfall.Generator.default('eight-joints'); call = lambda: g.run(9000.0, every=100); after = lambda: 0.0 < g.time_s < 9000.0",
     "Generator.step": "g = footfall.Generator.default('eight-joints'); call = lambda: g.step(10_000_000); after = lambda: 0.0 < g.time_s < 9000.0",
     "Generator.follow": "g = footfall.Generator.read('samples/follower.toml'); a = np.zeros(8_000_000); call = lambda: g.follow(a);"
     " after = lambda: 0.0 < g.time_s < 8000.0",
-    "JointLoop.run": "g = footfall.JointLoop(); c = np.full((3_000_000, 1), 2048); v = np.full(3_000_000, 1652); call = lambda: g.run(c, v);"
-    " after = lambda: 0 < g.last.tick < 3_000_000",
+    "JointLoop.run": "g = footfall.JointLoop(); c = np.full((9_000_000, 1), 2048); v = np.full(9_000_000, 1652); call = lambda: g.run(c, v);"
+    " after = lambda: 0 < g.last.tick < 9_000_000",
     "certify": "call = lambda: footfall.certify(footfall.Generator.default('eight-joints'), starts=100_000);"
     " after = lambda: True",
     "fit": "call = lambda: footfall.fit('samples/walk.csv', kind='thesis', evaluations=100_000_000); after = lambda: True",
@@ -54,7 +54,7 @@ def test_an_interrupt_ends_the_first_long_call(name: str) -> None:
     process = subprocess.Popen([sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None and process.stdout.readline() == "begins\n", process.communicate()
     begun = time.monotonic()
-    time.sleep(0.7)
+    time.sleep(0.3)
     os.kill(process.pid, signal.SIGINT)
     sent = time.monotonic()
     ended = process.stdout.readline().split()

@@ -158,7 +158,11 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let read = |file: &str| std::fs::read_to_string(root.join(file)).unwrap();
         let result: Value = serde_json::from_str(&read(page::JSON)).unwrap();
-        let again = "`cargo xtask bench host --write` writes them";
+        let again = "FOOTFALL_WRITE_DOCS=1 writes page and picture again";
+        if std::env::var_os("FOOTFALL_WRITE_DOCS").is_some_and(|value| value == "1") {
+            std::fs::write(root.join(page::PAGE), page::page(&result).unwrap()).unwrap();
+            std::fs::write(root.join(page::PICTURE), page::picture(&result).unwrap()).unwrap();
+        }
         assert!(
             page::page(&result).unwrap() == read(page::PAGE),
             "{} differs from {}; {again}",

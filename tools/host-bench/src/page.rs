@@ -199,23 +199,37 @@ fn search(result: &Value) -> Result<String> {
     let plain = number(&search["plain_f64_ns"])?;
     let _ = writeln!(text, "| a plain loop in f64, 1 ms | {plain} | {:.1} | {:.1} | | |", plain / floor, plain * 0.5);
     text += "\nThe thesis' genetic algorithm, 1000 generations. Crossover makes no new gene, and few individuals are mutated, so most equal a parent: they have \
-             its cost and\nare not simulated. *Own time*: of the genetic algorithm itself, without the evaluations.\n\n\
-             | | individuals | simulated | seconds | own time, s |\n|---|---|---|---|---|\n";
+             its cost and\nare not simulated. *Own time*: of the genetic algorithm itself, without the evaluations; its share is that of this search, of which so little is left to \
+             simulate.\n\n\
+             | | individuals | simulated | seconds | own time, s | own share |\n|---|---|---|---|---|---|\n";
     for row in search["search"].as_array().context("no search")? {
         let _ = writeln!(
             text,
-            "| search, {} ms, threads: {} | {} | {} | {} | {} |",
-            row["step_ms"], row["threads"], row["evaluations"], row["simulated"], row["seconds"], row["own_s"]
+            "| search, {} ms, threads: {} | {} | {} | {} | {} | {:.0} % |",
+            row["step_ms"],
+            row["threads"],
+            row["evaluations"],
+            row["simulated"],
+            row["seconds"],
+            row["own_s"],
+            100.0 * number(&row["own_s"])? / number(&row["seconds"])?
         );
     }
     let Some(peers) = result["peers"].as_array().filter(|peers| !peers.is_empty()) else { return Ok(text) };
-    let one = search["each_simulated"][0]["seconds"].as_f64().context("no individuals on one core")? / 1e5;
-    text += "\nOther programs, the simulation of one individual on one core in the same run, with its time divided by that at 1 ms on one core here:\n\n\
+    let rows = search["each_simulated"].as_array().map_or(&[][..], Vec::as_slice);
+    let one = |step_ms: u64| -> Result<f64> {
+        let row = rows.iter().find(|row| row["step_ms"] == step_ms && row["threads"] == 1);
+        Ok(number(&row.context("no individuals on one core")?["seconds"])? / 1e5)
+    };
+    text += "\nOther programs, the simulation of one individual on one core in the same run, with its time divided by that on one core here, at the same step (at \
+             1 ms\nwhere a program chooses its steps):\n\n\
              | | ms an individual | / here |\n|---|---|---|\n";
     for peer in peers {
         match peer["seconds"].as_f64() {
             Some(seconds) => {
-                let _ = writeln!(text, "| {} | {:.3} | {:.0} |", word(&peer["name"]), seconds * 1e3, seconds / one);
+                let name = word(&peer["name"]);
+                let ratio = seconds / one(if name.ends_with(" 5 ms") { 5 } else { 1 })?;
+                let _ = writeln!(text, "| {name} | {:.3} | {ratio:.0} |", seconds * 1e3);
             }
             None => {
                 let _ = writeln!(text, "| {} | not measured: {} | |", word(&peer["name"]), word(&peer["missing"]));

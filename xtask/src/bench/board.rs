@@ -192,7 +192,7 @@ fn medians(result: &Value) -> Result<Vec<Median>> {
     for set_up in list(&result["set_ups"])? {
         for row in list(&set_up["rows"])? {
             let part = row["part"].as_str().unwrap_or_default();
-            if part.starts_with("tick") {
+            if part.starts_with("tick") || part.starts_with("interrupt") {
                 all.push((format!("{}: {part}", set_up["name"].as_str().unwrap_or_default()), median(&row)?));
             }
         }
