@@ -148,7 +148,7 @@ fn bounds_hold_for_any_input_sequence() {
         let mut state = park(&gate);
         let mut wanted = degrees([0.0, 0.0, 5.0, 5.0]);
         let hold = 1 + random.below(60);
-        // A third of the sequences are smooth: the targets move by less than the rate in each tick.
+        // In a third of the sequences the targets move slowly and without jumps.
         let drift: [f32; 4] = core::array::from_fn(|_| random.between(-1e-3, 1e-3));
         for tick in 0..20 + random.below(60) {
             if case % 3 == 0 && tick > 0 {
