@@ -53,7 +53,7 @@ const IN_PULSE_S: f64 = 2.998;
 
 /// Longest tick that is accepted, core cycles of the 200,000 in a period.
 const MOST_CYCLES: u32 = 75_000;
-/// The same in the ramp between two gaits by name: a third of a period is left to what counts as late.
+/// The same in the ramp between two gaits by name: a fifth of a period is left to what counts as late.
 const MOST_CYCLES_IN_A_RAMP: u32 = 120_000;
 
 /// The gestures that arm a board, and a sensor that swings.
@@ -275,12 +275,16 @@ const DAMAGED: u32 = 4;
 /// The request of the run with a host.
 const FASTER: Request = Request { number: 7, action: Action::Set { parameter: Parameter::Speed, thousandths: 1_250 } };
 
+/// The bytes of a request on the port.
+fn framed(request: &Request) -> Vec<u8> {
+    frame_request(request, &mut [0; MAX_FRAME_BYTES]).expect("it fits").to_vec()
+}
+
 /// A walk with a host at the serial port that does all of this.
 fn with_host() -> &'static PicoRan {
     static RAN: OnceLock<PicoRan> = OnceLock::new();
     RAN.get_or_init(|| {
-        let mut buffer = [0; MAX_FRAME_BYTES];
-        let request = frame_request(&FASTER, &mut buffer).expect("it fits").to_vec();
+        let request = framed(&FASTER);
         let mut damaged = request.clone();
         damaged[2] ^= 0x10;
         let bytes = [&damaged[..], &[2, 1, 0], &[0x55; 900], &[0], &request[..request.len() - 3], &[0]].concat();
@@ -369,8 +373,7 @@ fn a_request_over_usb_changes_the_speed() {
     report!("staged at tick {staged}, in effect at {effect}; longest tick {longest} cycles");
 }
 
-/// A gait by name is a shape, and in the ramp between two of them a tick steps both and the board's own generator. What the board did is what the host
-/// computes.
+/// All gaits by name but `walk` are shapes. In the ramp between two of them a tick steps both and the board's own generator.
 fn gaits_change_on_time_at_their_own_speed() {
     const APART_S: f64 = 1.6;
     const GAITS: [i32; 3] = [4_000, 3_000, 0];
@@ -379,8 +382,7 @@ fn gaits_change_on_time_at_their_own_speed() {
     events.push(json!({"s": OPENED_S, "usb": "open", "bytes": []}));
     for (thousandths, number) in GAITS.into_iter().zip(1_u16..) {
         let action = Action::Set { parameter: Parameter::Gait, thousandths };
-        let mut buffer = [0; MAX_FRAME_BYTES];
-        let bytes = frame_request(&Request { number, action }, &mut buffer).expect("it fits").to_vec();
+        let bytes = framed(&Request { number, action });
         events.push(json!({"s": OPENED_S + APART_S * (f64::from(number) - 0.5), "usb": "send", "bytes": bytes}));
     }
     let ran = run(&scenario, &[]);
@@ -396,6 +398,7 @@ fn gaits_change_on_time_at_their_own_speed() {
     assert_eq!((last.state, last.missed, last.late), (SupervisorState::Walking, 0, 0));
     let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
     report!("longest tick {longest} cycles");
+    // A tick of one generator takes less than the lower number.
     assert!((MOST_CYCLES..MOST_CYCLES_IN_A_RAMP).contains(&longest), "{longest} cycles");
 }
 

@@ -1,4 +1,4 @@
-"""The processes of a search, while the keyboard stops it at the worst moments: the program ends, and says why."""
+"""The processes of a search, which the keyboard stops at the worst moments: the program ends, and its handler is that of before."""
 
 import os
 import subprocess

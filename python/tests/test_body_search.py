@@ -56,6 +56,26 @@ def test_what_a_run_costs() -> None:
     assert of(fallen=True) == 0.5 and of(fallen=True, seconds=3.0) == 1.5
 
 
+def test_a_search_that_is_stopped_at_its_very_end_keeps_its_gait(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Stopped:
+        """Runs in this process; the keyboard's signal comes after the last result."""
+
+        def __init__(self, jobs: int) -> None:
+            self.each = lambda function, work, chunksize=1: [0.0 for _ in work]
+
+        def __enter__(self) -> "Stopped":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            raise KeyboardInterrupt
+
+    # `footfall.body.search` is also the function.
+    monkeypatch.setattr(sys.modules["footfall.body.search"], "Processes", Stopped)
+    start = body.Gait.of(footfall.Generator.gait("natural-walk"))
+    found = body.search(BOOM, start, generations=2, seeds=1, candidates=4, random=1, step=1.0, jobs=1, progress=False)
+    assert found.was_stopped and found.generations == 2
+
+
 def test_a_search_finds_a_better_gait_and_finds_it_again() -> None:
     start = body.Gait.of(footfall.Generator.gait("natural-walk"))
     # The shuffle of a gait with a third of its amplitudes.

@@ -1,6 +1,6 @@
-/* The gate: limits target angles to range, pose envelope, rate and acceleration at every tick, as joint-loop computes it, with its shortcuts
-   in each joint, without that for targets which no limit changes (`Gate::follow`):
-   positions in steps of 2^-28 rad, so the results are equal bit for bit. The documentation of
+/* The gate: limits target angles to range, pose envelope, rate and acceleration at every tick, as joint-loop computes it, with the
+   shortcuts for each joint and without the one for targets that no limit changes (`Gate::follow`).
+   Positions are in steps of 2^-28 rad, so the results are equal bit for bit. The documentation of
    joint-loop/src/motion/gate.rs has the equations. Compiled twice as networks.c. */
 
 #include <stdbool.h>

@@ -309,11 +309,13 @@ mod tests {
     }
 
     #[test]
-    fn every_stage_of_every_set_up_and_every_generator_is_compared() {
+    fn every_stage_and_interrupt_of_every_set_up_and_every_generator_is_compared() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
         let text = std::fs::read_to_string(root.join(page::JSON)).unwrap();
         let medians = medians(&serde_json::from_str(&text).unwrap()).unwrap();
         let gates = medians.iter().filter(|(part, _)| part.ends_with("tick: gate")).count();
+        let interrupts = medians.iter().filter(|(part, _)| part.ends_with("interrupt: TIM4")).count();
+        assert_eq!(interrupts, WITH_TABLE);
         let kinds = SET_UPS.iter().filter_map(|set_up| set_up.kind);
         assert_eq!(gates, WITH_TABLE);
         assert!(kinds.into_iter().all(|kind| medians.iter().any(|(part, _)| *part == format!("generator {kind}"))));

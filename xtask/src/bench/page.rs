@@ -175,7 +175,7 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
         return Ok(String::new());
     };
     let number = |row: &Value, what: &str, key: &str| row[what][key].as_u64().context("a number beside C is missing");
-    let mut text = String::from("\nCycles of Rust over those of the C that takes fewest: ");
+    let mut text = String::from("\nModelled cycles of Rust against those of the C that takes fewest: ");
     let mut gate = None;
     for network in networks {
         let what = name(&network["name"])?;
@@ -193,7 +193,7 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
         };
         let _ = write!(text, "{what} {:+.1} % with the waits and {:+.1} % without, ", over(true)?, over(false)?);
     }
-    text += "which\nis less than the model is sure of.\n";
+    text += "by a\nmodel that is uncertain by 15 %.\n";
     let gate = gate.context("no gate beside C")?;
     let (stage, rust, c) = (part(walk, "tick: gate")?, &gate["rust"], &gate["c"]);
     let _ = writeln!(

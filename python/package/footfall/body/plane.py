@@ -202,8 +202,8 @@ def search(
     # Of the last of `recent`: its cost, its runs and the spring in them.
     least, spring_nm = math.inf, hold_nm
     of_least: List[Outcome] = []
-    with Processes(jobs) as pool:
-        try:
+    try:
+        with Processes(jobs) as pool:
             for generation in range(1, generations + 1):
                 numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
                 trials = _trials(plane, drawn, numbers, hold_nm)
@@ -237,11 +237,11 @@ def search(
             trials = _trials(plane, drawn, LAST_SEEDS, hold_nm)
             compared = list(pool.each(_tried, [(plane, vector, trials) for vector in last]))
             runs += len(last) * len(trials)
-        except KeyboardInterrupt:
-            if not recent:
-                raise
-            gait, text = Gait.of_vector(recent[-1][:_NUMBERS_OF_GAIT]), with_park(plane.robot_text, recent[-1][_NUMBERS_OF_GAIT:].tolist())
-            return FoundInPlane(gait, text, least, sum(one.fallen for one in of_least), len(of_least), spring_nm, runs, ended, True)
+    except KeyboardInterrupt:
+        if not recent:
+            raise
+        gait, text = Gait.of_vector(recent[-1][:_NUMBERS_OF_GAIT]), with_park(plane.robot_text, recent[-1][_NUMBERS_OF_GAIT:].tolist())
+        return FoundInPlane(gait, text, least, sum(one.fallen for one in of_least), len(of_least), spring_nm, runs, ended, True)
     if not last:
         raise FootfallError("no candidate is allowed: park pose or stride time are at the edge of what is allowed; begin from another one")
     values = [float(np.mean([cost(one, plane.seconds) for one in found])) + 2.0 * limited for found, limited in compared]

@@ -126,14 +126,14 @@ def search(
     drawn = np.random.default_rng(random)
     recent: List[Any] = []
     runs, ended, least = 0, 0, math.inf
-    with Processes(jobs) as pool:
+    try:
+        with Processes(jobs) as pool:
 
-        def means(vectors: Sequence[Any], numbers: Sequence[int]) -> List[float]:
-            work = [(task, vector, seed) for vector in vectors for seed in numbers]
-            costs = list(pool.each(_tried, work, chunksize=max(1, len(numbers) // 4)))
-            return [float(np.mean(costs[at : at + len(numbers)])) for at in range(0, len(costs), len(numbers))]
+            def means(vectors: Sequence[Any], numbers: Sequence[int]) -> List[float]:
+                work = [(task, vector, seed) for vector in vectors for seed in numbers]
+                costs = list(pool.each(_tried, work, chunksize=max(1, len(numbers) // 4)))
+                return [float(np.mean(costs[at : at + len(numbers)])) for at in range(0, len(costs), len(numbers))]
 
-        try:
             for generation in range(1, generations + 1):
                 numbers = [FIRST_SEED + int(seed) for seed in drawn.integers(0, 1_000_000_000, seeds)]
                 points = strategy.ask()
@@ -152,9 +152,9 @@ def search(
             last = [vector for vector in last if within(Gait.of_vector(vector))]
             values = means(last, list(LAST_SEEDS))
             runs += len(last) * len(LAST_SEEDS)
-        except KeyboardInterrupt:
-            if not recent or not within(Gait.of_vector(recent[-1])):
-                raise
-            return Found(Gait.of_vector(recent[-1]), least, runs, ended, True)
+    except KeyboardInterrupt:
+        if not recent or not within(Gait.of_vector(recent[-1])):
+            raise
+        return Found(Gait.of_vector(recent[-1]), least, runs, ended, True)
     best = int(np.argmin(values))
     return Found(Gait.of_vector(last[best]), values[best], runs, generations)
