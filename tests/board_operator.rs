@@ -1,14 +1,18 @@
 //! What a person does to the button and the emergency stop of the flashed image on the virtual board: contacts that chatter, and holds around every
 //! transition of the supervisor. Judged at the pins: servos are driven again at most once for each deliberate gesture, right after it.
 
-use footfall_tests::board::{Board, Ran};
+use footfall::board::image::Image;
+use footfall_tests::boot_log::BootLog;
 use footfall_tests::campaign::{self, Outcome, head};
-use footfall_tests::recordings::default_volts_file;
 use joint_loop::SupervisorState;
+use joint_loop::tuning::{Action, Request};
+use joint_units::Joint;
 use serde_json::Value;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 use test_suite::{report, tests};
+use wire::{MAX_FRAME_BYTES, frame_request};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -30,15 +34,18 @@ fn chatter(hz: f64, from_s: f64, lasts_s: f64, share: f64) -> Contact {
     (0..(lasts_s * hz) as u32).map(|n| from_s + f64::from(n) / hz).map(|at| (at, at + share / hz)).collect()
 }
 
-/// Ends of the gestures that may arm, s, counted by the rule alone: a press ends when the contact was open for 20 ms, and counts if the contact was closed
-/// for 0.3 s in it without a break, and the whole took 1.5 s at most. What the board refuses besides only takes from these. A tick and a half of
-/// difference between the contact and its readings is allowed.
-fn gestures(contact: &Contact) -> Vec<f64> {
-    const READING_S: f64 = 0.0015;
+/// Difference between a contact and its readings: a tick and a half, s.
+const READING_S: f64 = 0.0015;
+/// The contact is open for so long after a press, s.
+const OPEN_S: f64 = 0.02;
+
+/// Ends of the gestures that may arm, s, counted by the rule alone: a press ends when the contact was open for `open_s`, and counts if the contact was
+/// closed for 0.3 s in it without a break, and the whole took 1.5 s at most. What the board refuses besides only takes from these.
+fn gestures(contact: &Contact, open_s: f64) -> Vec<f64> {
     let mut presses: Vec<Contact> = Vec::new();
     for &(from, to) in contact {
         match presses.last_mut() {
-            Some(press) if press.last().is_some_and(|(_, end)| from - end < 0.02 + READING_S) => press.push((from, to)),
+            Some(press) if press.last().is_some_and(|(_, end)| from - end < open_s) => press.push((from, to)),
             _ => presses.push(vec![(from, to)]),
         }
     }
@@ -64,7 +71,7 @@ fn the_count_of_gestures_follows_the_rule() {
         (chatter(200.0, 0.0, 2.0, 0.5), 0),
         (chatter(1.0, 0.0, 4.0, 0.5), 4),
     ] {
-        assert_eq!(gestures(&contact).len(), count, "{contact:?}");
+        assert_eq!(gestures(&contact, OPEN_S).len(), count, "{contact:?}");
     }
 }
 
@@ -75,8 +82,10 @@ struct Case {
     lasts_s: f64,
     button: Contact,
     stop: Contact,
+    /// A request, and when it is sent.
+    request: Option<(f64, Action)>,
     /// Of the file: what happens besides.
-    inject: String,
+    inject: &'static str,
     /// How often the servos are driven again; `None`: at most once for each gesture.
     arms: Option<usize>,
 }
@@ -88,17 +97,30 @@ impl Case {
             each.collect::<Vec<_>>().join(", ")
         };
         let mut text = String::new();
+        let serial = self.request.map(|(at_s, action)| {
+            let mut buffer = [0; MAX_FRAME_BYTES];
+            let bytes = frame_request(&Request { number: 90, action }, &mut buffer).expect("it fits");
+            let digits: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            format!("{{ at_s = {at_s:.6}, bytes = \"{digits}\" }}")
+        });
         let _ = writeln!(
             text,
-            "[[sequence]]\nname = \"{}\"\nstate = \"{}\"\nlasts_s = {}\npress = [{}]\nemergency_stop = [{}]\ninject = [{}]",
+            "[[sequence]]\nname = \"{}\"\nstate = \"{}\"\nlasts_s = {}\nlog = true\npress = [{}]\nemergency_stop = [{}]\nserial = [{}]\n\
+             inject = [{}]",
             self.name,
             self.state,
             self.lasts_s,
             presses(&self.button),
             presses(&self.stop),
+            serial.unwrap_or_default(),
             self.inject
         );
         text
+    }
+
+    /// A case without a press.
+    fn new(name: String, state: &'static str, lasts_s: f64) -> Self {
+        Self { name, state, lasts_s, button: vec![], stop: vec![], request: None, inject: "", arms: None }
     }
 
     /// Each time at which the servos are driven again belongs to a gesture of its own that has just ended.
@@ -108,11 +130,16 @@ impl Case {
         let name = &self.name;
         assert_eq!(result["violations"], 0, "{name}: {result}");
         let drives: Vec<f64> = result["drives_s"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
-        let mut left = gestures(&self.button);
-        for at in &drives {
-            let place = left.iter().position(|end| SOON_S.contains(&(at - end)));
-            left.remove(place.unwrap_or_else(|| panic!("{name}: driven at {at} s, gestures end at {left:?}")));
-        }
+        // Two contacts that are open for a time between these are one press or two.
+        let counted = [OPEN_S - READING_S, OPEN_S + READING_S].map(|open_s| gestures(&self.button, open_s));
+        let belongs = |ends: &Vec<f64>| {
+            let mut left = ends.clone();
+            drives.iter().all(|at| {
+                let place = left.iter().position(|end| SOON_S.contains(&(at - end)));
+                place.map(|place| left.remove(place)).is_some()
+            })
+        };
+        assert!(counted.iter().any(belongs), "{name}: driven at {drives:?} s, gestures end at {counted:?}");
         if let Some(arms) = self.arms {
             assert_eq!(drives.len(), arms, "{name}: {result}");
         }
@@ -126,39 +153,33 @@ fn chosen(cases: Vec<Case>, one_of: usize) -> Vec<Case> {
     cases.into_iter().step_by(if all { 1 } else { one_of }).collect()
 }
 
-/// Runs the cases, and checks each; how often servos were driven again.
-fn run(cases: &[Case]) -> usize {
+/// The results of a run of the file with these cases, in their order.
+fn results(run: &str, cases: &[Case]) -> Vec<Value> {
     let text = cases.iter().fold(head(), |text, case| text + &case.sequence());
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), text).expect("written");
-    let outcome: Outcome = campaign::run(file.path(), "walk", &[]);
+    let outcome: Outcome = campaign::run(file.path(), run, &[]);
     assert_eq!((outcome.code, outcome.cases.len()), (Some(0), cases.len()), "{}\n{:?}", outcome.said, outcome.wrong());
-    let of = |case: &Case| {
-        let result = outcome.cases.iter().find(|result| result["name"] == case.name.as_str()).expect("its result");
-        case.check(result)
-    };
-    cases.iter().map(of).sum()
+    let of = |case: &Case| outcome.cases.iter().find(|result| result["name"] == case.name.as_str());
+    cases.iter().map(|case| of(case).expect("its result").clone()).collect()
+}
+
+/// Runs the cases, and checks each; how often servos were driven again.
+fn check(run: &str, cases: &[Case]) -> usize {
+    results(run, cases).iter().zip(cases).map(|(result, case)| case.check(result)).sum()
 }
 
 /// At rest, in a walk and in a fault. Where no closed time reaches 0.3 s, nothing arms.
 fn a_button_that_chatters_arms_by_deliberate_holds_alone() {
-    let mut cases = vec![Case {
-        name: "one hold".into(),
-        state: "disarmed",
-        lasts_s: 1.0,
-        button: vec![(0.1, 0.5)],
-        stop: vec![],
-        inject: String::new(),
-        arms: Some(1),
-    }];
+    let one_hold = Case { button: vec![(0.1, 0.5)], arms: Some(1), ..Case::new("one hold".into(), "disarmed", 1.0) };
+    let mut cases = vec![one_hold];
     for (hz, state) in RATES.iter().flat_map(|hz| ["disarmed", "walking", "fault"].map(|state| (*hz, state))) {
         let button = chatter(hz, 0.1, 4.0, 0.5);
-        let arms = gestures(&button).is_empty().then_some(0);
-        let name = format!("{hz} Hz, {state}");
-        cases.push(Case { name, state, lasts_s: 4.3, button, stop: vec![], inject: String::new(), arms });
+        let arms = gestures(&button, OPEN_S + READING_S).is_empty().then_some(0);
+        cases.push(Case { button, arms, ..Case::new(format!("{hz} Hz, {state}"), state, 4.3) });
     }
     let cases = chosen(cases, 4);
-    let armed = run(&cases);
+    let armed = check("walk", &cases);
     report!("{} contacts that chatter: {armed} armings, each right after a deliberate hold", cases.len());
 }
 
@@ -168,64 +189,151 @@ fn an_emergency_stop_that_chatters_arms_nothing() {
     for (hz, state) in RATES.iter().flat_map(|hz| ["disarmed", "arming", "walking"].map(|state| (*hz, state))) {
         for button in [vec![], vec![(0.4, 0.8)]] {
             let name = format!("stop {hz} Hz, {state}, {} holds", button.len());
-            let stop = chatter(hz, 0.1, 1.5, 0.5);
             // A fault takes two holds.
-            cases.push(Case { name, state, lasts_s: 1.7, button, stop, inject: String::new(), arms: Some(0) });
+            cases.push(Case { button, stop: chatter(hz, 0.1, 1.5, 0.5), arms: Some(0), ..Case::new(name, state, 1.7) });
         }
     }
     let cases = chosen(cases, 7);
-    assert_eq!(run(&cases), 0);
+    assert_eq!(check("walk", &cases), 0);
     report!("{} emergency stops that chatter: no arming", cases.len());
 }
 
-/// When the supervisor enters a state, s after the release at 0.75 s of the hold that arms in the run `walk`, in which the walk is stopped at 4 s.
-fn entered(ran: &Ran, state: SupervisorState) -> f64 {
-    let tick_of = |wanted| ran.boots[0].changes.iter().find(|change| change.state == wanted).expect("the state").tick;
-    // 20 ms of debouncing after the release.
-    0.77 + f64::from(tick_of(state) - tick_of(SupervisorState::Arming)) * 1e-3
+/// What leads to a transition of the supervisor.
+#[derive(Clone, Copy)]
+enum By {
+    /// A hold of the button, or its press.
+    Hold,
+    Press,
+    /// The end of a ramp.
+    Time,
+    EmergencyStop,
+    Sensor,
+    Request(Action),
 }
 
-/// Holds that begin or end within 2 ms and some of each transition that the button itself does not cause.
-fn around_every_transition_a_hold_arms_once_at_most() {
-    let volts = default_volts_file();
-    let options = ["--secs", "6.5", "--loop", "--press", "0.4:0.35", "--press", "4.8:0.1", "--volts"];
-    let ran = Board::find().run(options.iter().map(std::ffi::OsStr::new).chain([volts.as_os_str()]));
-    let walking = entered(&ran, SupervisorState::Walking) - 1.5;
-    let changes = &ran.boots[0].changes;
-    let stopping = changes.iter().find(|change| change.state == SupervisorState::Stopping).expect("a stop").tick;
-    let last = changes.last().expect("changes");
-    assert_eq!(last.state, SupervisorState::Disarmed);
-    let disarmed = 4.82 + f64::from(last.tick - stopping) * 1e-3 - 5.1;
-    let open = "{ at_s = 0.5, what = { volts = { pin = \"PA1\", volts = 0.0 } } }";
-    let stop = vec![(0.5, 0.6)];
-    let mut cases = Vec::new();
-    for (what, state, at_s, stop, inject) in [
-        ("arming to walking", "arming", walking, vec![], ""),
-        ("stopping to disarmed", "stopping", disarmed, vec![], ""),
-        ("disarmed to fault", "disarmed", 0.5, stop.clone(), ""),
-        ("arming to fault", "arming", 0.5, stop.clone(), ""),
-        ("walking to fault", "walking", 0.5, stop, ""),
-        ("walking to stopping", "walking", 0.551, vec![], open),
-    ] {
-        for quarter_ms in -10..=10 {
-            let moment = at_s + f64::from(quarter_ms) * 0.25e-3;
-            for (which, button) in [("begins", vec![(moment, moment + 0.4)]), ("ends", vec![(moment - 0.4, moment)])] {
-                let name = format!("{what}: a hold {which} {} us later", quarter_ms * 250);
-                let lasts_s = moment + 0.6;
-                cases.push(Case {
-                    name,
-                    state,
-                    lasts_s,
-                    button,
-                    stop: stop.clone(),
-                    inject: inject.into(),
-                    arms: None,
-                });
-            }
+/// A transition of the supervisor: the run of the file, the state in which it begins, the state that is entered.
+struct Transition {
+    run: &'static str,
+    from: &'static str,
+    to: SupervisorState,
+    by: By,
+}
+
+impl Transition {
+    /// When what leads to it begins, s after the state's time.
+    const AT_S: f64 = 0.5;
+
+    fn name(&self) -> String {
+        let by = match self.by {
+            By::Hold => "a hold",
+            By::Press => "a press",
+            By::Time => "time",
+            By::EmergencyStop => "the emergency stop",
+            By::Sensor => "the sensor",
+            By::Request(_) => "a request",
+        };
+        format!("{} to {} by {by}", self.from, self.to.name())
+    }
+
+    /// A case with what leads to it.
+    fn case(&self, what: &str, button: Contact, lasts_s: f64) -> Case {
+        let mut case = Case { button, ..Case::new(format!("{}: {what}", self.name()), self.from, lasts_s) };
+        match self.by {
+            By::Hold | By::Press | By::Time => {}
+            By::EmergencyStop => case.stop = vec![(Self::AT_S, Self::AT_S + 0.1)],
+            By::Sensor => case.inject = "{ at_s = 0.5, what = { volts = { pin = \"PA1\", volts = 0.0 } } }",
+            By::Request(action) => case.request = Some((Self::AT_S, action)),
+        }
+        case
+    }
+
+    /// Two cases that tell when it happens, where that is not known: it alone, and the emergency stop, which is a fault in the tick after.
+    fn measured(&self) -> Option<[Case; 2]> {
+        let stop = vec![(Self::AT_S, Self::AT_S + 0.1)];
+        let stopped = Case { stop, ..Case::new(format!("{}: stopped", self.name()), self.from, 1.0) };
+        matches!(self.by, By::Time | By::Sensor | By::Request(_)).then(|| [self.case("alone", vec![], 2.0), stopped])
+    }
+
+    /// When it happens by these two, s after the state's time.
+    fn moment(&self, measured: &[Value; 2], image: &Image) -> f64 {
+        let [at, stopped] = [(0, self.to), (1, SupervisorState::Fault)].map(|(place, state)| {
+            let log = BootLog::read(measured[place]["log"].as_str().expect("a log"), image);
+            let entered = log.entered.iter().find(|(entered, _)| *entered == state);
+            f64::from(entered.unwrap_or_else(|| panic!("{}: {:?}", self.name(), log.entered)).1)
+        });
+        Self::AT_S + (at - stopped) * 1e-3
+    }
+
+    /// Cases with a hold that begins or ends at a moment near it.
+    fn holds(&self, moment: f64, quarter_ms: i32) -> Vec<Case> {
+        let at = moment + f64::from(quarter_ms) * 0.25e-3;
+        let case =
+            |which, button| self.case(&format!("a hold {which} {} us later", quarter_ms * 250), button, at + 0.7);
+        let hold = (at, at + 0.4);
+        match self.by {
+            // The next hold; where the contact was open for less than 20 ms it is the same.
+            By::Hold => vec![case("begins", vec![(Self::AT_S - 0.4, Self::AT_S), hold])],
+            // The press is a contact that opens for a millisecond, or ends there and is followed by a hold.
+            By::Press => vec![
+                case("begins", vec![(Self::AT_S, at - 1e-3), hold]),
+                case("follows a press that ends", vec![(Self::AT_S, at), (at + 0.1, at + 0.5)]),
+            ],
+            _ => vec![case("begins", vec![hold]), case("ends", vec![(at - 0.4, at)])],
         }
     }
-    let cases = chosen(cases, 11);
-    let armed = run(&cases);
+}
+
+/// Holds that begin or end within 2 ms and some of each transition.
+fn around_every_transition_a_hold_arms_once_at_most() {
+    use SupervisorState::{Arming, Disarmed, Fault, Stopping, TrimReady, Trimming, Walking};
+    let (stop, trim) = (By::Request(Action::Stop), By::Request(Action::Trim { joint: Joint::LeftHip }));
+    let transitions = [
+        ("walk", "disarmed", Arming, By::Hold),
+        ("walk", "disarmed", TrimReady, trim),
+        ("walk", "disarmed", Fault, By::EmergencyStop),
+        ("walk", "arming", Walking, By::Time),
+        ("walk", "arming", Stopping, By::Press),
+        ("walk", "arming", Stopping, stop),
+        ("walk", "arming", Fault, By::EmergencyStop),
+        ("walk", "walking", Stopping, By::Press),
+        ("walk", "walking", Stopping, stop),
+        ("walk", "walking", Stopping, By::Sensor),
+        ("walk", "walking", Fault, By::EmergencyStop),
+        ("walk", "stopping", Disarmed, By::Time),
+        ("walk", "stopping", Fault, By::EmergencyStop),
+        ("walk", "fault", Disarmed, By::Hold),
+        ("trim", "trim ready", Disarmed, stop),
+        ("trim", "trim ready", Trimming, By::Hold),
+        ("trim", "trim ready", Fault, By::EmergencyStop),
+        ("trim", "trimming", TrimReady, By::Press),
+        ("trim", "trimming", TrimReady, stop),
+        ("trim", "trimming", Fault, By::EmergencyStop),
+    ]
+    .map(|(run, from, to, by)| Transition { run, from, to, by });
+    let path = std::env::var_os("FOOTFALL_ELF").expect("the image");
+    let image = Image::read(Path::new(&path)).unwrap_or_else(|error| panic!("{error}"));
+    let (mut armed, mut count) = (0, 0);
+    for run in ["walk", "trim"] {
+        let of_run: Vec<&Transition> = transitions.iter().filter(|transition| transition.run == run).collect();
+        let measures: Vec<Case> = of_run.iter().filter_map(|transition| transition.measured()).flatten().collect();
+        let measured = results(run, &measures);
+        let mut measured = measured.as_chunks::<2>().0.iter();
+        let mut cases = Vec::new();
+        for transition in of_run {
+            let moment = match transition.by {
+                // After 20 ms of debouncing.
+                By::Hold | By::Press => Transition::AT_S + OPEN_S,
+                By::EmergencyStop => Transition::AT_S,
+                By::Time | By::Sensor | By::Request(_) => {
+                    transition.moment(measured.next().expect("its cases"), &image)
+                }
+            };
+            cases.extend((-10..=10).flat_map(|quarter_ms| transition.holds(moment, quarter_ms)));
+        }
+        let cases = chosen(cases, 11);
+        armed += check(run, &cases);
+        count += cases.len();
+    }
     assert!(armed > 0, "a hold after the stop arms again");
-    report!("{} holds around transitions: {armed} armings, each right after its hold", cases.len());
+    report!("{count} holds around {} transitions: {armed} armings, each right after its hold", transitions.len());
 }

@@ -159,15 +159,21 @@ fn flags(name: &str, value: Option<&Bound<'_, PyAny>>, rows: usize) -> PyResult<
     Ok(column(name, value, rows, 0, (0, 1))?.into_iter().map(|flag| flag == 1).collect())
 }
 
-/// A dictionary from rows to values, whose rows are some of those of ``codes``.
-fn by_row<T>(name: &str, given: Option<BTreeMap<Whole, T>>, rows: usize) -> PyResult<BTreeMap<usize, T>> {
+/// A dictionary from rows to values, whose rows are some of those of ``codes``, with what `read` makes of each.
+fn by_row<T, V>(
+    name: &str,
+    given: Option<BTreeMap<Whole, T>>,
+    rows: usize,
+    read: impl Fn(usize, T) -> PyResult<V>,
+) -> PyResult<BTreeMap<usize, V>> {
     let row = |Whole(row): Whole| {
         let found = usize::try_from(row).ok().filter(|row| *row < rows);
         found.ok_or_else(|| {
             error::input(format!("{name} has row {row}: allowed are the rows of codes, from 0 to below {rows}"))
         })
     };
-    given.unwrap_or_default().into_iter().map(|(key, value)| Ok((row(key)?, value))).collect()
+    let value_of = |(key, value)| row(key).and_then(|row| Ok((row, read(row, value)?)));
+    given.unwrap_or_default().into_iter().map(value_of).collect()
 }
 
 fn faults(names: &[String]) -> PyResult<BoardFaults> {
@@ -332,29 +338,29 @@ impl JointLoop {
         let faults = column("fault_bits", fault_bits, rows, 0, (0, (1 << FAULTS.len()) - 1))?;
         let elapsed = column("elapsed", elapsed, rows, 1, (1, MAX_ELAPSED as u16))?;
         let debugger = column("debugger", debugger, rows, 0, (0, DEBUGGERS.len() as u16 - 1))?;
-        let requests = by_row("requests", requests, rows)?;
-        let watchdog_hz = by_row("watchdog_hz", watchdog_hz, rows)?;
-        let mut samples = Vec::with_capacity(rows);
-        for row in 0..rows {
-            samples.push(Sample {
-                elapsed: elapsed[row].into(),
-                codes: self::codes(&codes[row * width..(row + 1) * width])?,
-                vrefint: AdcCode(vrefint[row]),
-                button: button[row],
-                foot: foot[row],
-                late: late[row],
-                faults: BoardFaults::from_bits(faults[row] as u8),
-                watchdog_clock: watchdog_hz.get(&row).copied().map(hertz).transpose()?,
-                debugger: DEBUGGERS[debugger[row] as usize].1,
-                program_unproven: program_unproven[row],
-                request: requests.get(&row).map(|text| Self::request(row, text)).transpose()?,
-            });
-        }
+        let requests = by_row("requests", requests, rows, |row, text| Self::request(row, &text))?;
+        let watchdog_hz = by_row("watchdog_hz", watchdog_hz, rows, |_, value| hertz(value))?;
         let joints = &mut self.joints;
         let frames = py.detach(|| {
             let (mut frames, mut interrupts) = (Frames::default(), Interrupts::new());
-            for sample in &samples {
-                joints.tick(sample);
+            for row in 0..rows {
+                let mut channels = [AdcCode(0); SENSORS];
+                for (channel, code) in channels.iter_mut().zip(&codes[row * width..]).take(width) {
+                    *channel = AdcCode(*code);
+                }
+                joints.tick(&Sample {
+                    elapsed: elapsed[row].into(),
+                    codes: channels,
+                    vrefint: AdcCode(vrefint[row]),
+                    button: button[row],
+                    foot: foot[row],
+                    late: late[row],
+                    faults: BoardFaults::from_bits(faults[row] as u8),
+                    watchdog_clock: watchdog_hz.get(&row).copied(),
+                    debugger: DEBUGGERS[debugger[row] as usize].1,
+                    program_unproven: program_unproven[row],
+                    request: requests.get(&row).copied(),
+                });
                 frames.push(&joints.frame());
                 interrupts.check()?;
             }

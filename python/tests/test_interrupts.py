@@ -62,7 +62,8 @@ def test_an_interrupt_ends_the_first_long_call(name: str) -> None:
     assert ended[:2] == ["interrupted", "True"], process.communicate()
     process.kill()
     process.communicate()
-    # A busy machine makes any time by the clock long, but no more work: before the interrupt at most that of all threads, after it 0.05 s.
+    # A busy machine makes any time by the clock long, but no more work: before the interrupt at most that of all threads, after it 0.05 s, and what is left
+    # of reading the arguments: 0.2 s of 9 million rows on a fast machine. What shows that the call did not go to its end is `after`.
     threads = (os.cpu_count() or 1) if name in PARALLEL else 1
-    most_s = threads * (sent - begun) + 0.5
+    most_s = threads * (sent - begun) + 2.0
     assert float(ended[2]) < most_s and took_s < 10.0, f"{ended[2]} of {most_s:.2f} s of processor time, {took_s:.2f} s by the clock"

@@ -2,6 +2,7 @@
 
 use footfall::board::image::Image;
 use footfall::board::telemetry::record_in;
+use joint_loop::SupervisorState;
 use wire::{Boot, Record, Subject};
 
 /// A log from a reset on.
@@ -13,6 +14,8 @@ pub struct BootLog {
     pub refused: Vec<Subject>,
     /// The program's own record of how the run before ended, after the words `last run ended by`; `None`: it has none.
     pub crash: Option<String>,
+    /// States of the supervisor that were entered, each with its tick.
+    pub entered: Vec<(SupervisorState, u32)>,
 }
 
 impl BootLog {
@@ -32,6 +35,7 @@ impl BootLog {
             match record_in(&text).map(|record| record.expect("a record")) {
                 Some(Record::Boot(boot)) => log.boots.push(boot),
                 Some(Record::Refused(one)) => log.refused.push(one.subject),
+                Some(Record::Change(change)) => log.entered.push((change.state, change.tick)),
                 Some(_) => {}
                 None => log.crash = text.strip_prefix("last run ended by ").map(str::to_owned).or(log.crash),
             }

@@ -42,6 +42,8 @@
 //! # Ok::<(), cpg_core::BuildError>(())
 //! ```
 
+use core::hint::cold_path;
+
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::{all_in_range, in_range};
@@ -64,10 +66,21 @@ pub struct ShapePoint {
 
 /// A periodic function of the gait phase.
 pub trait Shape {
-    /// Value and slope at a phase.
-    fn at(&self, phase: Phase) -> ShapePoint;
+    /// What all shapes of the type need of a phase: joints at one phase share it.
+    type Basis;
+    /// The basis at a phase.
+    fn basis(phase: Phase) -> Self::Basis;
+    /// Value and slope at the phase of a basis.
+    fn at_basis(&self, basis: &Self::Basis) -> ShapePoint;
     /// Mean over the cycle in radians, which a gain does not change.
     fn mean(&self) -> f32;
+
+    /// Value and slope at a phase.
+    // Once in the image, not in each of the rare callers.
+    #[inline(never)]
+    fn at(&self, phase: Phase) -> ShapePoint {
+        self.at_basis(&Self::basis(phase))
+    }
 }
 
 /// Fourier series of H harmonics: `S(phi) = mean + sum_k cos_k cos(2 pi k phi) + sin_k sin(2 pi k phi)`, in radians.
@@ -97,7 +110,7 @@ impl<const H: usize> FourierShape<H> {
     }
 
     /// Value and slope at the phase of these harmonics, of which there are as many or more: the bits of [`Shape::at`].
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn at_harmonics<const K: usize>(&self, harmonics: &Harmonics<K>) -> ShapePoint {
         const { assert!(K >= H, "a harmonic for each coefficient") };
@@ -134,10 +147,17 @@ impl<const K: usize> Harmonics<K> {
 }
 
 impl<const H: usize> Shape for FourierShape<H> {
-    // Once in the image, not in each of the rare callers.
-    #[inline(never)]
-    fn at(&self, phase: Phase) -> ShapePoint {
-        self.at_harmonics(&Harmonics::<H>::of(phase))
+    type Basis = Harmonics<H>;
+
+    #[inline]
+    fn basis(phase: Phase) -> Harmonics<H> {
+        Harmonics::of(phase)
+    }
+
+    // Where the slope is not read, it is not computed.
+    #[inline(always)]
+    fn at_basis(&self, harmonics: &Harmonics<H>) -> ShapePoint {
+        self.at_harmonics(harmonics)
     }
 
     fn mean(&self) -> f32 {
@@ -188,7 +208,15 @@ fn neighbour<const K: usize>(ring: &[f32; K], k: usize, by: usize) -> f32 {
 }
 
 impl<const K: usize> Shape for SplineShape<K> {
-    fn at(&self, phase: Phase) -> ShapePoint {
+    type Basis = Phase;
+
+    #[inline]
+    fn basis(phase: Phase) -> Phase {
+        phase
+    }
+
+    #[inline(always)]
+    fn at_basis(&self, phase: &Phase) -> ShapePoint {
         // Knot and fraction straight from the integer phase: exact.
         let scaled = u64::from(phase.0) * K as u64;
         let k = (scaled >> 32) as usize;
@@ -300,12 +328,23 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
         &self.shapes
     }
 
-    fn points(&self) -> impl Iterator<Item = (ShapePoint, f32, &Adjustment)> {
+    /// A number of each joint, of its shape's point, its shape's mean and its adjustment.
+    #[inline]
+    fn each(&self, read: impl Fn(ShapePoint, f32, &Adjustment) -> f32) -> [f32; N] {
+        // Joints without a lead, which are most, have one phase.
         let phase = self.phase();
-        self.shapes
-            .iter()
-            .zip(&self.adjustments)
-            .map(move |(shape, adjustment)| (shape.at(phase + adjustment.lead), shape.mean(), adjustment))
+        let shared = S::basis(phase);
+        let mut out = [0.0; N];
+        for ((out, shape), adjustment) in out.iter_mut().zip(&self.shapes).zip(&self.adjustments) {
+            let point = if adjustment.lead == Phase(0) {
+                shape.at_basis(&shared)
+            } else {
+                cold_path();
+                shape.at(phase + adjustment.lead)
+            };
+            *out = read(point, shape.mean(), adjustment);
+        }
+        out
     }
 }
 
@@ -317,20 +356,13 @@ impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
     // Not inlined: a choice among generators would save and restore the registers that this needs for each of them.
     #[inline(never)]
     fn angles(&self) -> [Radians; N] {
-        let mut angles = [Radians(0.0); N];
-        for (angle, (point, mean, adjustment)) in angles.iter_mut().zip(self.points()) {
-            angle.0 = adjustment.offset.0 + mean + adjustment.gain * (point.angle - mean);
-        }
-        angles
+        self.each(|point, mean, adjustment| adjustment.offset.0 + mean + adjustment.gain * (point.angle - mean))
+            .map(Radians)
     }
 
     fn rates(&self) -> [RadPerSec; N] {
         let cycles_per_second = self.clock.frequency();
-        let mut rates = [RadPerSec(0.0); N];
-        for (rate, (point, _, adjustment)) in rates.iter_mut().zip(self.points()) {
-            rate.0 = adjustment.gain * point.slope * cycles_per_second;
-        }
-        rates
+        self.each(|point, _, adjustment| adjustment.gain * point.slope * cycles_per_second).map(RadPerSec)
     }
 
     fn phase(&self) -> Phase {
@@ -371,6 +403,30 @@ mod tests {
             }
             for point in [shape.at(phase), shape.at_harmonics(&Harmonics::<8>::of(phase))] {
                 assert_eq!([point.angle, point.slope].map(f32::to_bits), [angle, slope].map(f32::to_bits), "{phase:?}");
+            }
+        }
+    }
+
+    /// Joints without a lead share a basis; each angle and rate has the bits of its own series.
+    #[test]
+    fn joints_at_one_phase_have_the_bits_of_their_own_series() {
+        let knee = FourierShape::new(Radians(0.4), [-0.2, 0.05, 0.03], [0.3, -0.07, 0.0]).expect("in range");
+        let shapes = [hip(), knee, hip(), knee];
+        let mut generator = PhaseShapeConfig { shapes, stride_s: 0.9 }.build(Period::MILLISECOND).expect("in range");
+        let leads = [Phase(0), Phase(0), Phase(1 << 31), Phase(12_345_678)];
+        for (joint, lead) in leads.into_iter().enumerate() {
+            let adjustment = Adjustment { gain: 1.0 - 0.1 * joint as f32, offset: Radians(0.01), lead };
+            generator.adjust(joint, adjustment).expect("in range");
+        }
+        let bits = |numbers: [f32; 2]| numbers.map(f32::to_bits);
+        for _ in 0..2000 {
+            generator.step();
+            let (angles, rates) = (generator.angles(), generator.rates());
+            for (joint, (shape, lead)) in shapes.iter().zip(leads).enumerate() {
+                let (point, gain) = (shape.at(generator.phase() + lead), 1.0 - 0.1 * joint as f32);
+                let angle = 0.01 + shape.mean() + gain * (point.angle - shape.mean());
+                let rate = gain * point.slope * generator.clock.frequency();
+                assert_eq!(bits([angles[joint].0, rates[joint].0]), bits([angle, rate]), "joint {joint}");
             }
         }
     }

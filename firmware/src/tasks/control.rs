@@ -41,8 +41,8 @@ pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
 /// The first tick with a frame for the serial port. At the default of 100 frames a second, and until a request is answered, no tick has two copies: settings
 /// in tick 1 and then once a second, counts of conditions in the tick after, frames for the serial port in ticks 6, 16, 26, for telemetry in 10, 20, 30.
 pub(crate) const FIRST_RECORD: u32 = 6;
-/// The lamps are set in the tick that begins with this count of ticks to telemetry's frame: 6, 16, 26 and so on, 100 times a second.
-const TICKS_AFTER_LAMPS: u8 = 5;
+/// The lamps are set in the tick that begins with this count of ticks to telemetry's frame: 5, 15, 25 and so on, 100 times a second. It has no copy.
+const TICKS_AFTER_LAMPS: u8 = 6;
 /// Samples of half a frame period more than the longest pause of telemetry that the watchdog allows.
 pub(crate) const SAMPLES_QUEUED: usize = 64;
 /// Edges of a 1 kHz line over half a frame period more than the longest pause of telemetry that the watchdog allows.

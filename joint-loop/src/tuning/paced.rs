@@ -13,15 +13,13 @@ use joint_units::{Joint, Radians};
 pub(crate) struct Paced {
     /// 1 is at the last step, above 0.
     fraction: f32,
-    /// Angles at the step before it; old ones while `fraction` is 1, which needs none.
+    /// Angles at the step before it; not read while `fraction` is 1.
     before: [Radians; Joint::COUNT],
 }
 
 impl Paced {
     /// At the present step of a generator.
-    pub(crate) fn new(generator: &impl Generator<{ Joint::COUNT }>) -> Self {
-        Self { fraction: 1.0, before: generator.angles() }
-    }
+    pub(crate) const START: Self = Self { fraction: 1.0, before: [Radians(0.0); Joint::COUNT] };
 
     /// Advances by a tick at a speed: at most two steps at speeds up to 2. Whether every state is finite and inside its bound afterwards.
     pub(crate) fn step(&mut self, generator: &mut impl Generator<{ Joint::COUNT }>, speed: f32) -> bool {
@@ -30,7 +28,8 @@ impl Paced {
         for _ in 0..2 {
             if self.fraction > 1.0 {
                 self.fraction -= 1.0;
-                if self.fraction != 1.0 {
+                // Before a step that ends the tick between two steps; another step follows where it is above 1.
+                if self.fraction < 1.0 {
                     cold_path();
                     self.before = generator.angles();
                 }
@@ -63,7 +62,7 @@ mod tests {
     #[test]
     fn the_angles_are_those_with_every_step_kept() {
         let mut generator = default_walk(Period::MILLISECOND).expect("in range");
-        let mut paced = Paced::new(&generator);
+        let mut paced = Paced::START;
         let (mut plain, mut fraction) = (generator, 1.0_f32);
         let mut before = plain.angles();
         for tick in 0..20_000_u32 {

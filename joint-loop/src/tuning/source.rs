@@ -29,13 +29,13 @@ pub(crate) struct Source {
 impl Source {
     /// The board's own generator.
     pub(crate) fn new(own: &impl Generator<{ Joint::COUNT }>) -> Self {
-        Self { own: Paced::new(own), present: None, left: None, points: [own.phase_point(); 2] }
+        Self { own: Paced::START, present: None, left: None, points: [own.phase_point(); 2] }
     }
 
     /// Changes to a gait at its start, or to the board's own generator. The ramp begins.
     pub(crate) fn change(&mut self, to: Option<DefaultGait>) {
         self.left = Some(self.present);
-        self.present = to.map(|gait| Named { gait, paced: Paced::new(&gait) });
+        self.present = to.map(|gait| Named { gait, paced: Paced::START });
     }
 
     /// The ramp is complete.
@@ -94,11 +94,11 @@ impl Source {
     /// Everything at its start; the source stays.
     pub(crate) fn reset<G: Generator<{ Joint::COUNT }>>(&mut self, own: &mut G) {
         own.reset();
-        self.own = Paced::new(own);
+        self.own = Paced::START;
         self.left = None;
         if let Some(named) = &mut self.present {
             named.gait.reset();
-            named.paced = Paced::new(&named.gait);
+            named.paced = Paced::START;
         }
     }
 }

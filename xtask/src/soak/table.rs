@@ -61,7 +61,7 @@ impl Soak {
                 let [cycles, microseconds] = ran.wraps();
                 let logged = ran.logged.as_ref();
                 json!({
-                    "piece": ran.piece.number, "log": ran.piece.log.name(), "secs": ran.piece.secs, "frames": ran.frames,
+                    "piece": ran.piece.number, "log": ran.piece.log.name(), "secs": ran.piece.secs, "watchdog_hz": ran.piece.watchdog_hz(), "frames": ran.frames,
                     "violations": ran.violations, "pulse_hash": ran.pulse_hash, "ticks": logged.map(|log| log.ticks),
                     "missed": logged.map(|log| log.missed), "late": logged.map(|log| log.late),
                     "setpoint_hash": logged.map(|log| &log.setpoint_hash), "cycle_counter_wraps": cycles,

@@ -89,6 +89,9 @@ pub(crate) struct Sequence {
     /// Presses of the emergency stop.
     #[serde(rename = "emergency_stop", default)]
     pub(crate) emergency_stops: Vec<Press>,
+    /// Bytes on the serial port, in the order of time.
+    #[serde(default)]
+    pub(crate) serial: Vec<Serial>,
     /// Faults.
     #[serde(rename = "inject", default)]
     pub(crate) injects: Vec<InjectAt>,

@@ -99,9 +99,7 @@ impl<W: Write> BoardRun<'_, W> {
             }
             let before_s = cpu_s();
             while let Some(serial) = run.serial.get(sent).filter(|serial| serial.at_s <= state.at_s) {
-                self.run_until(serial.at_s)?;
-                self.cpu.machine().soc.put_serial(&serial.bytes);
-                self.judge.host_sent();
+                self.send(serial.at_s, &serial.bytes)?;
                 sent += 1;
             }
             self.run_until(state.at_s)?;
@@ -150,6 +148,14 @@ impl<W: Write> BoardRun<'_, W> {
         let mut board = self.cpu.machine();
         run.presses.iter().for_each(|press| board.plant.press_button((*press).into()));
         run.emergency_stops.iter().for_each(|press| board.plant.press_emergency_stop((*press).into()));
+        Ok(())
+    }
+
+    /// Runs on to a time, s, and sends bytes on the serial port.
+    pub(super) fn send(&mut self, seconds: f64, bytes: &[u8]) -> Result<()> {
+        self.run_until(seconds)?;
+        self.cpu.machine().soc.put_serial(bytes);
+        self.judge.host_sent();
         Ok(())
     }
 

@@ -303,6 +303,9 @@ impl<W: Write> BoardRun<'_, W> {
             sequence.emergency_stops.iter().for_each(|press| board.plant.press_emergency_stop(after(press)));
         }
         self.schedule_stop();
+        for serial in &sequence.serial {
+            self.send(from + serial.at_s, &serial.bytes)?;
+        }
         self.run_until(from + sequence.lasts_s)?;
         self.drain_rtt();
         let began = self.driving.as_ref().map_or(&[][..], |driving| driving.began());
