@@ -1,5 +1,5 @@
-//! What a person does to the button and the emergency stop of the flashed image on the virtual board: contacts that chatter, and holds around every
-//! transition of the supervisor. Judged at the pins: servos are driven again at most once for each deliberate gesture, right after it.
+//! What a person does to the button and the emergency stop of the flashed image on the virtual board: contacts that chatter, and holds around
+//! transitions of the supervisor. Judged at the pins: servos are driven again at most once for each deliberate gesture, right after it.
 
 use footfall::board::image::Image;
 use footfall_tests::boot_log::BootLog;
@@ -19,7 +19,7 @@ fn main() -> ExitCode {
         the_count_of_gestures_follows_the_rule(),
         a_button_that_chatters_arms_by_deliberate_holds_alone(Image),
         an_emergency_stop_that_chatters_arms_nothing(Image),
-        around_every_transition_a_hold_arms_once_at_most(Image),
+        around_transitions_a_hold_arms_once_at_most(Image),
     ])
 }
 
@@ -88,6 +88,8 @@ struct Case {
     inject: &'static str,
     /// How often the servos are driven again; `None`: at most once for each gesture.
     arms: Option<usize>,
+    /// A state that is entered.
+    enters: Option<SupervisorState>,
 }
 
 impl Case {
@@ -120,11 +122,11 @@ impl Case {
 
     /// A case without a press.
     fn new(name: String, state: &'static str, lasts_s: f64) -> Self {
-        Self { name, state, lasts_s, button: vec![], stop: vec![], request: None, inject: "", arms: None }
+        Self { name, state, lasts_s, button: vec![], stop: vec![], request: None, inject: "", arms: None, enters: None }
     }
 
     /// Each time at which the servos are driven again belongs to a gesture of its own that has just ended.
-    fn check(&self, result: &Value) -> usize {
+    fn check(&self, result: &Value, image: &Image) -> usize {
         /// From the release: 20 ms of debouncing, and a servo frame.
         const SOON_S: std::ops::Range<f64> = 0.0..0.045;
         let name = &self.name;
@@ -140,8 +142,17 @@ impl Case {
             })
         };
         assert!(counted.iter().any(belongs), "{name}: driven at {drives:?} s, gestures end at {counted:?}");
+        let entered = entered(result, image);
         if let Some(arms) = self.arms {
-            assert_eq!(drives.len(), arms, "{name}: {result}");
+            assert_eq!(drives.len(), arms, "{name}: {drives:?}, {entered:?}");
+        }
+        // Nothing goes on moving from one state to another that a gesture begins. One that ends within a servo frame need not drive.
+        let begins = |state| matches!(state, SupervisorState::Arming | SupervisorState::Trimming);
+        let most = entered.iter().filter(|(state, _)| begins(*state)).count();
+        let short = entered.windows(2).filter(|pair| begins(pair[0].0) && pair[1].1 - pair[0].1 < 40).count();
+        assert!((most - short..=most).contains(&drives.len()), "{name}: {drives:?}, {entered:?}");
+        if let Some(state) = self.enters {
+            assert!(entered.iter().any(|(entered, _)| *entered == state), "{name}: {entered:?}");
         }
         drives.len()
     }
@@ -166,7 +177,8 @@ fn results(run: &str, cases: &[Case]) -> Vec<Value> {
 
 /// Runs the cases, and checks each; how often servos were driven again.
 fn check(run: &str, cases: &[Case]) -> usize {
-    results(run, cases).iter().zip(cases).map(|(result, case)| case.check(result)).sum()
+    let image = image();
+    results(run, cases).iter().zip(cases).map(|(result, case)| case.check(result, &image)).sum()
 }
 
 /// At rest, in a walk and in a fault. Where no closed time reaches 0.3 s, nothing arms.
@@ -204,7 +216,7 @@ enum By {
     /// A hold of the button, or its press.
     Hold,
     Press,
-    /// The end of a ramp.
+    /// The end of a ramp, or of the patience with a silent host.
     Time,
     EmergencyStop,
     Sensor,
@@ -220,9 +232,6 @@ struct Transition {
 }
 
 impl Transition {
-    /// When what leads to it begins, s after the state's time.
-    const AT_S: f64 = 0.5;
-
     fn name(&self) -> String {
         let by = match self.by {
             By::Hold => "a hold",
@@ -235,56 +244,88 @@ impl Transition {
         format!("{} to {} by {by}", self.from, self.to.name())
     }
 
+    /// When what leads to it begins, s after the state's time; in a fault late enough that two holds are not the third press within 5 s.
+    fn begins_s(&self) -> f64 {
+        if self.from == "fault" { 2.8 } else { 0.5 }
+    }
+
     /// A case with what leads to it.
     fn case(&self, what: &str, button: Contact, lasts_s: f64) -> Case {
         let mut case = Case { button, ..Case::new(format!("{}: {what}", self.name()), self.from, lasts_s) };
+        let begins = self.begins_s();
         match self.by {
             By::Hold | By::Press | By::Time => {}
-            By::EmergencyStop => case.stop = vec![(Self::AT_S, Self::AT_S + 0.1)],
+            By::EmergencyStop => case.stop = vec![(begins, begins + 0.1)],
             By::Sensor => case.inject = "{ at_s = 0.5, what = { volts = { pin = \"PA1\", volts = 0.0 } } }",
-            By::Request(action) => case.request = Some((Self::AT_S, action)),
+            By::Request(action) => case.request = Some((begins, action)),
         }
         case
     }
 
     /// Two cases that tell when it happens, where that is not known: it alone, and the emergency stop, which is a fault in the tick after.
     fn measured(&self) -> Option<[Case; 2]> {
-        let stop = vec![(Self::AT_S, Self::AT_S + 0.1)];
+        let stop = vec![(self.begins_s(), self.begins_s() + 0.1)];
         let stopped = Case { stop, ..Case::new(format!("{}: stopped", self.name()), self.from, 1.0) };
-        matches!(self.by, By::Time | By::Sensor | By::Request(_)).then(|| [self.case("alone", vec![], 2.0), stopped])
+        matches!(self.by, By::Time | By::Sensor | By::Request(_)).then(|| [self.case("alone", vec![], 6.0), stopped])
     }
 
     /// When it happens by these two, s after the state's time.
     fn moment(&self, measured: &[Value; 2], image: &Image) -> f64 {
         let [at, stopped] = [(0, self.to), (1, SupervisorState::Fault)].map(|(place, state)| {
-            let log = BootLog::read(measured[place]["log"].as_str().expect("a log"), image);
-            let entered = log.entered.iter().find(|(entered, _)| *entered == state);
-            f64::from(entered.unwrap_or_else(|| panic!("{}: {:?}", self.name(), log.entered)).1)
+            let entered = entered(&measured[place], image);
+            let found = entered.iter().find(|(entered, _)| *entered == state);
+            f64::from(found.unwrap_or_else(|| panic!("{}: {entered:?}", self.name())).1)
         });
-        Self::AT_S + (at - stopped) * 1e-3
+        self.begins_s() + (at - stopped) * 1e-3
     }
 
-    /// Cases with a hold that begins or ends at a moment near it.
+    /// Cases with a hold whose contact closes or opens near a moment, and those in which the board accepts that near it, after 20 ms of debouncing.
     fn holds(&self, moment: f64, quarter_ms: i32) -> Vec<Case> {
         let at = moment + f64::from(quarter_ms) * 0.25e-3;
-        let case =
-            |which, button| self.case(&format!("a hold {which} {} us later", quarter_ms * 250), button, at + 0.7);
+        let begins = self.begins_s();
+        let case = |which, button: Contact, arms| {
+            let lasts_s = button.last().expect("a press").1 + 0.3;
+            let enters = Some(self.to);
+            Case {
+                arms,
+                enters,
+                ..self.case(&format!("a hold {which} {} us later", quarter_ms * 250), button, lasts_s)
+            }
+        };
         let hold = (at, at + 0.4);
         match self.by {
-            // The next hold; where the contact was open for less than 20 ms it is the same.
-            By::Hold => vec![case("begins", vec![(Self::AT_S - 0.4, Self::AT_S), hold])],
-            // The press is a contact that opens for a millisecond, or ends there and is followed by a hold.
-            By::Press => vec![
-                case("begins", vec![(Self::AT_S, at - 1e-3), hold]),
-                case("follows a press that ends", vec![(Self::AT_S, at), (at + 0.1, at + 0.5)]),
-            ],
-            _ => vec![case("begins", vec![hold]), case("ends", vec![(at - 0.4, at)])],
+            // The next hold; where the contact was open for less than 20 ms it is the same. In what the first began, the second one's press ends it.
+            By::Hold => {
+                let arms = (f64::from(quarter_ms) * 0.25e-3 > READING_S).then_some(1);
+                vec![case("begins", vec![(begins - 0.4, begins), hold], arms)]
+            }
+            // The press is a contact that opens for a millisecond; its release arms nothing.
+            By::Press => vec![case("begins", vec![(begins, at - 1e-3), hold], Some(0))],
+            By::Time | By::EmergencyStop | By::Sensor | By::Request(_) => {
+                let at_rest = matches!(self.to, SupervisorState::Disarmed | SupervisorState::TrimReady);
+                let accepted = |mut case: Case| {
+                    (case.arms, case.enters) = (None, None);
+                    case
+                };
+                let earlier = (at - OPEN_S, at - OPEN_S + 0.4);
+                let mut cases = vec![
+                    case("begins", vec![hold], Some(usize::from(at_rest))),
+                    accepted(case("is accepted", vec![earlier], None)),
+                ];
+                // What moves would be stopped by the press.
+                if !matches!(self.from, "arming" | "walking" | "trimming") {
+                    // No hold acts on a state that began after its press.
+                    cases.push(case("ends", vec![(at - 0.4, at)], Some(0)));
+                    cases.push(accepted(case("is accepted at its end", vec![(at - 0.4 - OPEN_S, at - OPEN_S)], None)));
+                }
+                cases
+            }
         }
     }
 }
 
-/// Holds that begin or end within 2 ms and some of each transition.
-fn around_every_transition_a_hold_arms_once_at_most() {
+/// Holds that begin, end or are accepted within 2 ms and some of transitions.
+fn around_transitions_a_hold_arms_once_at_most() {
     use SupervisorState::{Arming, Disarmed, Fault, Stopping, TrimReady, Trimming, Walking};
     let (stop, trim) = (By::Request(Action::Stop), By::Request(Action::Trim { joint: Joint::LeftHip }));
     let transitions = [
@@ -294,6 +335,7 @@ fn around_every_transition_a_hold_arms_once_at_most() {
         ("walk", "arming", Walking, By::Time),
         ("walk", "arming", Stopping, By::Press),
         ("walk", "arming", Stopping, stop),
+        ("walk", "arming", Stopping, By::Sensor),
         ("walk", "arming", Fault, By::EmergencyStop),
         ("walk", "walking", Stopping, By::Press),
         ("walk", "walking", Stopping, stop),
@@ -307,11 +349,11 @@ fn around_every_transition_a_hold_arms_once_at_most() {
         ("trim", "trim ready", Fault, By::EmergencyStop),
         ("trim", "trimming", TrimReady, By::Press),
         ("trim", "trimming", TrimReady, stop),
+        ("trim", "trimming", TrimReady, By::Time),
         ("trim", "trimming", Fault, By::EmergencyStop),
     ]
     .map(|(run, from, to, by)| Transition { run, from, to, by });
-    let path = std::env::var_os("FOOTFALL_ELF").expect("the image");
-    let image = Image::read(Path::new(&path)).unwrap_or_else(|error| panic!("{error}"));
+    let image = image();
     let (mut armed, mut count) = (0, 0);
     for run in ["walk", "trim"] {
         let of_run: Vec<&Transition> = transitions.iter().filter(|transition| transition.run == run).collect();
@@ -322,8 +364,8 @@ fn around_every_transition_a_hold_arms_once_at_most() {
         for transition in of_run {
             let moment = match transition.by {
                 // After 20 ms of debouncing.
-                By::Hold | By::Press => Transition::AT_S + OPEN_S,
-                By::EmergencyStop => Transition::AT_S,
+                By::Hold | By::Press => transition.begins_s() + OPEN_S,
+                By::EmergencyStop => transition.begins_s(),
                 By::Time | By::Sensor | By::Request(_) => {
                     transition.moment(measured.next().expect("its cases"), &image)
                 }
@@ -334,6 +376,15 @@ fn around_every_transition_a_hold_arms_once_at_most() {
         armed += check(run, &cases);
         count += cases.len();
     }
-    assert!(armed > 0, "a hold after the stop arms again");
     report!("{count} holds around {} transitions: {armed} armings, each right after its hold", transitions.len());
+}
+
+fn image() -> Image {
+    let path = std::env::var_os("FOOTFALL_ELF").expect("the image");
+    Image::read(Path::new(&path)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The states that were entered, each with its tick, as the log says.
+fn entered(result: &Value, image: &Image) -> Vec<(SupervisorState, u32)> {
+    BootLog::read(result["log"].as_str().expect("a log"), image).entered
 }

@@ -381,8 +381,8 @@ struct Changes {
 }
 
 impl Changes {
-    /// Gaits by their numbers, one after the other; all but 0, the board's own generator, are shapes.
-    const GAITS: [i32; 4] = [2, 4, 3, 0];
+    /// Gaits by their numbers, one after the other: `walk`, a network, then three shapes, and the board's own generator.
+    const GAITS: [i32; 5] = [1, 2, 4, 3, 0];
     /// Between two requests, s: a change waits for a phase boundary, and its ramp takes 1 s.
     const APART_S: f64 = 2.4;
     /// A walk begins 3 s after the power-on.

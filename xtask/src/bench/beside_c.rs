@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::shell;
 
 /// The compiler of C for the board.
-const COMPILER: &str = "arm-none-eabi-gcc";
+pub(super) const COMPILER: &str = "arm-none-eabi-gcc";
 /// FLASH_ACR as the firmware sets it: the program sets no clock.
 const FLASH_ACR: &str = "0x705";
 /// Names in the output, and in the functions.

@@ -118,6 +118,12 @@ struct Programs {
 
 /// Runs the bench.
 pub(crate) fn bench(options: &Options) -> Result<()> {
+    ensure!(
+        !options.write || shell::on_path(beside_c::COMPILER).is_some(),
+        "no {} on the path, so the page would lose its comparison with C; Debian has it in gcc-arm-none-eabi. Without --write the other numbers are \
+         printed",
+        beside_c::COMPILER
+    );
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
     let programs = Programs {
