@@ -284,15 +284,11 @@ impl Transition {
     fn holds(&self, moment: f64, quarter_ms: i32) -> Vec<Case> {
         let at = moment + f64::from(quarter_ms) * 0.25e-3;
         let begins = self.begins_s();
-        let case = |which, button: Contact, arms| {
+        let near = |which, button: Contact| {
             let lasts_s = button.last().expect("a press").1 + 0.3;
-            let enters = Some(self.to);
-            Case {
-                arms,
-                enters,
-                ..self.case(&format!("a hold {which} {} us later", quarter_ms * 250), button, lasts_s)
-            }
+            self.case(&format!("a hold {which} {} us later", quarter_ms * 250), button, lasts_s)
         };
+        let case = |which, button, arms| Case { arms, enters: Some(self.to), ..near(which, button) };
         let hold = (at, at + 0.4);
         match self.by {
             // The next hold; where the contact was open for less than 20 ms it is the same. In what the first began, the second one's press ends it.
@@ -304,20 +300,14 @@ impl Transition {
             By::Press => vec![case("begins", vec![(begins, at - 1e-3), hold], Some(0))],
             By::Time | By::EmergencyStop | By::Sensor | By::Request(_) => {
                 let at_rest = matches!(self.to, SupervisorState::Disarmed | SupervisorState::TrimReady);
-                let accepted = |mut case: Case| {
-                    (case.arms, case.enters) = (None, None);
-                    case
-                };
                 let earlier = (at - OPEN_S, at - OPEN_S + 0.4);
-                let mut cases = vec![
-                    case("begins", vec![hold], Some(usize::from(at_rest))),
-                    accepted(case("is accepted", vec![earlier], None)),
-                ];
+                let mut cases =
+                    vec![case("begins", vec![hold], Some(usize::from(at_rest))), near("is accepted", vec![earlier])];
                 // What moves would be stopped by the press.
                 if !matches!(self.from, "arming" | "walking" | "trimming") {
                     // No hold acts on a state that began after its press.
                     cases.push(case("ends", vec![(at - 0.4, at)], Some(0)));
-                    cases.push(accepted(case("is accepted at its end", vec![(at - 0.4 - OPEN_S, at - OPEN_S)], None)));
+                    cases.push(near("is accepted at its end", vec![(at - 0.4 - OPEN_S, at - OPEN_S)]));
                 }
                 cases
             }

@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         the_serial_port_begins_with_the_boot_and_has_the_setpoints_of_the_host(PicoImage),
         a_request_over_usb_changes_the_speed(PicoImage),
         damaged_requests_are_counted_and_change_nothing(PicoImage),
-        gaits_change_on_time_at_every_speed(PicoImage),
+        gaits_change_on_time(PicoImage),
         a_host_that_does_not_read_delays_no_tick(PicoImage),
         the_port_works_again_after_it_was_unplugged(PicoImage),
         the_emulator_warns_of_nothing_else(PicoImage),
@@ -417,10 +417,10 @@ impl Changes {
 }
 
 /// In the ramp between two gaits by name a tick steps both and the board's own generator, above speed 1 some twice.
-fn gaits_change_on_time_at_every_speed() {
+fn gaits_change_on_time() {
     let shape = GeneratorFile::read(&root().join("samples/generator.toml")).expect("a shape").set.config();
     let walk = GeneratorConfig::default_walk;
-    // The greatest speed is the one of most work; each speed was run once for docs/pico.md.
+    // The greatest speed has the most work.
     for (name, own, speed) in [("default walk", walk(), 1.0), ("default walk", walk(), 1.5), ("shape", shape, 1.5)] {
         let (state, longest) = Changes { own, speed }.run();
         report!("{name} at speed {speed}: longest tick {longest} cycles");

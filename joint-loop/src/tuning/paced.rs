@@ -28,7 +28,7 @@ impl Paced {
         for _ in 0..2 {
             if self.fraction > 1.0 {
                 self.fraction -= 1.0;
-                // Before a step that ends the tick between two steps; another step follows where it is above 1.
+                // Only the angles before the last step of a tick are read. Above 1 another step follows.
                 if self.fraction < 1.0 {
                     cold_path();
                     self.before = generator.angles();

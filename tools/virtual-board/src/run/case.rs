@@ -374,7 +374,7 @@ fn first_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// Writes a line at once: lines of several processes do not mix.
+/// Writes a line at once: lines of several processes do not mix, if a pipe takes them whole (4,096 bytes at least).
 pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_vec(line)?;
     text.push(b'\n');
