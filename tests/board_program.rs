@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use firmware::seal::{Check, FLASH, SEAL, TEXT, WORDS};
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::gestures::{hold, walk_options};
-use footfall_tests::limits::limit_ms;
+use footfall_tests::limits::assert_in_time;
 use joint_loop::{Cause, GeneratorConfig, SupervisorState};
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader as _};
@@ -243,7 +243,7 @@ fn a_bit_that_changes_in_a_walk_stops_it_by_the_ramp() {
             assert!(refused.reason.contains("the program in flash was changed"), "{}", refused.reason);
         }
     }
-    assert!(latest * 1e3 <= limit_ms("H42"));
+    assert_in_time("H42", latest * 1e3, "a changed bit");
     report!(
         "a changed bit is found after {latest:.2} s at most; two passes of {bytes} bytes take {:.2} s",
         2.0 * pass_s

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use firmware::board::f4_discovery::BOARD;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{STOP_TEST, walk_options};
-use footfall_tests::limits::limit_ms;
+use footfall_tests::limits::assert_in_time;
 use joint_loop::{Cause, SupervisorState};
 use serde_json::Value;
 use test_suite::{report, tests};
@@ -124,7 +124,7 @@ fn the_emergency_stop_takes_the_supply_with_the_pulse() {
         all += counted;
     }
     assert!(all >= 4, "{all} pulses cut at 40 moments: none of them in a pulse");
-    assert!(latest * 1e-3 <= limit_ms("H56"));
+    assert_in_time("H56", latest * 1e-3, "the emergency stop");
     report!("emergency stop at 40 moments of a frame: {all} pulses cut, supply off after {latest:.2} us at most");
 }
 

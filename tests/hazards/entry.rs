@@ -30,6 +30,8 @@ pub(crate) struct Hazard {
     pub(crate) reaction: Option<String>,
     /// Longest time from the fault to the start of the reaction, ms.
     pub(crate) limit_ms: Option<f64>,
+    /// The longest of these times that its tests measured, ms.
+    pub(crate) latest_ms: Option<f64>,
     pub(crate) status: Status,
     /// Where a test has shown detection and reaction.
     #[serde(default)]
@@ -37,7 +39,7 @@ pub(crate) struct Hazard {
     /// Test functions as `FILE::FUNCTION`.
     #[serde(default)]
     pub(crate) tests: Vec<String>,
-    /// Times that these tests measured, with units.
+    /// What these tests measured, in words, with units.
     pub(crate) measured: Option<String>,
     /// What is not handled, or not shown.
     pub(crate) missing: Option<String>,

@@ -42,13 +42,14 @@ fn the_page_is_that_of_the_file() {
 }
 
 #[test]
-fn the_readme_has_the_counts_of_the_file() {
+fn the_readme_has_the_counts_and_times_of_the_file() {
     let readme = read("README.md");
     let [begin, end] = MARKS;
     let (before, rest) = readme.split_once(begin).unwrap_or_else(|| panic!("README.md has no line {begin}"));
     let (_, after) = rest.split_once(end).unwrap_or_else(|| panic!("README.md has no line {end}"));
-    let counts = page::counts(&Hazards::of_repository());
-    compare("README.md", &format!("{before}{begin}\n\n{counts}\n{end}{after}"));
+    let hazards = Hazards::of_repository();
+    let (counts, times) = (page::counts(&hazards), page::times(&hazards));
+    compare("README.md", &format!("{before}{begin}\n\n{counts}\n{times}\n{end}{after}"));
 }
 
 /// A file without a fault, from which the defects below are made.
@@ -62,6 +63,7 @@ effect = "the last pulse is repeated"
 detection = "watchdog"
 reaction = "reset"
 limit_ms = 38
+latest_ms = 36
 status = "shown"
 shown = ["virtual-board"]
 tests = ["tests/virtual_board.rs::a_task_that_hangs_is_reset_and_boots_disarmed"]
@@ -81,7 +83,7 @@ why = "The firmware does not write flash."
 "#;
 
 /// A change of the text above, and what is said of it.
-const DEFECTS: [(&str, &str, &str); 25] = [
+const DEFECTS: [(&str, &str, &str); 28] = [
     ("H02", "H03", "H03: the number before it is H01"),
     ("H02", "H01", "H01: the number before it is H01"),
     ("H02", "X2", "`X2` is no ID"),
@@ -92,6 +94,9 @@ const DEFECTS: [(&str, &str, &str); 25] = [
     ("\"reset\"", "\"a | b\"", "a vertical bar is not allowed"),
     ("why = \"The firmware does not write flash.\"\n", "", "it needs `why`"),
     ("limit_ms = 38", "limit_ms = 0", "`limit_ms` is not above 0"),
+    ("latest_ms = 36\n", "", "it has `limit_ms` and needs `latest_ms`"),
+    ("latest_ms = 36", "latest_ms = 39", "`latest_ms` is 39; allowed are 0 to `limit_ms`, 38"),
+    ("limit_ms = 38\n", "", "`latest_ms` needs `limit_ms`"),
     ("limit_ms = 38", "limit_s = 38", "unknown field `limit_s`"),
     ("limit_ms = 38", "missing = \"much\"", "it has no `missing`"),
     ("\"shown\"", "\"done\"", "unknown variant `done`"),

@@ -1,12 +1,14 @@
-//! The page `docs/safety.md` and the table of counts in the README, as text made of `hazards.toml`.
+//! The page `docs/safety.md` and the tables of the README, as text made of `hazards.toml`.
 
 use std::fmt::Write;
 
 use crate::entry::{Hazard, Hazards, Place, Status};
 
-/// The lines of the README between which the table of counts is.
-pub(crate) const MARKS: [&str; 2] =
-    ["<!-- Counts of hazards.toml, written by a test -->", "<!-- End of the counts of hazards.toml -->"];
+/// The lines of the README between which the tables of counts and times are.
+pub(crate) const MARKS: [&str; 2] = [
+    "<!-- Counts and times of hazards.toml, written by a test -->",
+    "<!-- End of the counts and times of hazards.toml -->",
+];
 
 const HEAD: &str = "\
 # Safety
@@ -26,6 +28,7 @@ const READING: &str = "\
   default limits, then the pulses end; with slower limits in the robot file up to 0.8 s more, and the pulses may end before the pose is reached.
 - **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them, or a test that reads the names in the linked image;
   *host* the computer that runs the tests; *virtual board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
+- **latest**: the longest of these times that a test measured, on the host or on the virtual board. A test fails if a reaction comes later.
 - **hardware**: shown with a board in the hand. *procedure* leads to one below that nobody has carried out yet.
 - **status**: *shown*: tests show detection and reaction, or that the effect does not come; *partly*: something is missing, which the
   [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied on. Each of these has a test or a bench procedure.
@@ -78,14 +81,34 @@ pub(crate) fn counts(hazards: &Hazards) -> String {
     table
 }
 
+/// The hazards with a time limit, and the times that were measured.
+pub(crate) fn times(hazards: &Hazards) -> String {
+    let mut table =
+        "| hazard | limit | latest on host or virtual board | latest on hardware |\n|---|---|---|---|\n".to_owned();
+    for hazard in hazards.list.iter().filter(|hazard| hazard.limit_ms.is_some()) {
+        let [limit, latest] = [hazard.limit_ms, hazard.latest_ms].map(milliseconds);
+        _ = writeln!(table, "| **{}** {} | {limit} | {latest} | |", hazard.id, hazard.cause);
+    }
+    table
+}
+
+/// A time of a table; short ones in microseconds.
+fn milliseconds(time: Option<f64>) -> String {
+    match time {
+        Some(ms) if ms > 0.0 && ms < 0.1 => format!("{} us", (ms * 1e6).round() * 1e-3),
+        Some(ms) => format!("{ms} ms"),
+        None => String::new(),
+    }
+}
+
 /// A table with a row for each hazard that applies.
 fn table(hazards: &Hazards) -> String {
     let mut table =
-        "| hazard | detection | reaction | limit | shown on | hardware | status |\n|---|---|---|---|---|---|---|\n"
+        "| hazard | detection | reaction | limit | latest | shown on | hardware | status |\n|---|---|---|---|---|---|---|---|\n"
             .to_owned();
     for hazard in hazards.list.iter().filter(|hazard| hazard.status != Status::DoesNotApply) {
         let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
-        let limit = hazard.limit_ms.map_or(String::new(), |ms| format!("{ms} ms"));
+        let [limit, latest] = [hazard.limit_ms, hazard.latest_ms].map(milliseconds);
         let places: Vec<&str> = Place::ALL
             .into_iter()
             .filter(|p| *p != Place::Bench && hazard.shown.contains(p))
@@ -98,7 +121,7 @@ fn table(hazards: &Hazards) -> String {
         };
         _ = writeln!(
             table,
-            "| **{}** {}: {} | {} | {} | {limit} | {} | {hardware} | {} |",
+            "| **{}** {}: {} | {} | {} | {limit} | {latest} | {} | {hardware} | {} |",
             hazard.id,
             hazard.cause,
             hazard.effect,

@@ -53,12 +53,13 @@ impl Outcome {
     }
 }
 
-/// Runs a run of a campaign on the flashed image with the default robot and these options. The run `follower` has its generator.
+/// The virtual board with a run of a campaign on the flashed image, the default robot and these options. The run `follower` has its generator. What is
+/// flashed is in the folder, which must stay until the end.
 ///
 /// # Panics
-/// The environment does not name image and virtual board, or the virtual board writes what cannot be read.
+/// The environment does not name image and virtual board.
 #[must_use]
-pub fn run(file: &Path, run: &str, options: &[&str]) -> Outcome {
+pub fn command(file: &Path, run: &str, options: &[&str]) -> (Command, tempfile::TempDir) {
     let path = |name: &str| std::env::var_os(name).unwrap_or_else(|| panic!("{name}"));
     let folder = tempfile::tempdir().expect("a folder");
     let flash = |name: &str, sector: u32, bytes: &[u8]| {
@@ -75,7 +76,18 @@ pub fn run(file: &Path, run: &str, options: &[&str]) -> Outcome {
         let record = generator_record::record_of(&file.set.config(), &RecordName::BUILT_IN);
         command.args(flash("generator.bin", GENERATOR_SECTOR, record.bytes()));
     }
-    let output = command.arg("--campaign").arg(file).args(["--run", run]).args(options).output().expect("it starts");
+    command.arg("--campaign").arg(file).args(["--run", run]).args(options);
+    (command, folder)
+}
+
+/// Runs a run of a campaign.
+///
+/// # Panics
+/// As [`command`], or the virtual board writes what cannot be read.
+#[must_use]
+pub fn run(file: &Path, run: &str, options: &[&str]) -> Outcome {
+    let (mut command, _folder) = command(file, run, options);
+    let output = command.output().expect("it starts");
     let text = String::from_utf8(output.stdout).expect("text");
     let mut cases: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("an object")).collect();
     let end = cases.pop_if(|line| line["type"] == "end");

@@ -1,16 +1,19 @@
-//! The time limits of `hazards.toml`: a test that measures a reaction compares it with what the file declares.
+//! The times of `hazards.toml`: a test that measures a reaction compares it with what the file declares and with what it says was measured.
 
 use crate::workspace::read;
 
-/// Longest time from the fault to the start of the reaction, ms, of the hazard with this number.
+/// Fails if a reaction came later than the limit of this hazard, or than the latest one that the file has: the file would claim less than is so.
 ///
 /// # Panics
-/// The file has no such hazard, or declares no limit for it.
-#[must_use]
-pub fn limit_ms(id: &str) -> f64 {
+/// It came later, or the file has no such hazard or no times for it.
+pub fn assert_in_time(id: &str, ms: f64, what: &str) {
     let file: toml::Table = read("hazards.toml").parse().expect("TOML");
     let hazards = file["hazard"].as_array().expect("a list");
     let hazard = hazards.iter().find(|hazard| hazard["id"].as_str() == Some(id)).unwrap_or_else(|| panic!("no {id}"));
-    let limit = hazard.get("limit_ms").unwrap_or_else(|| panic!("{id} has no limit_ms"));
-    limit.as_float().or_else(|| limit.as_integer().map(|ms| ms as f64)).expect("a number")
+    let [limit, latest] = ["limit_ms", "latest_ms"].map(|key| {
+        let value = hazard.get(key).unwrap_or_else(|| panic!("{id} has no {key}"));
+        value.as_float().or_else(|| value.as_integer().map(|ms| ms as f64)).expect("a number")
+    });
+    assert!(ms <= limit, "{id}: {ms} ms, the limit is {limit} ms: {what}");
+    assert!(ms <= latest, "{id}: {ms} ms, later than the {latest} ms of hazards.toml: {what}");
 }

@@ -129,7 +129,8 @@ fn ratchet(elf: &Path, run: &Path, root: &Path, reason: Option<&str>) -> Result<
     let image = read(elf)?;
     let lines = std::fs::read_to_string(run).with_context(|| format!("reading {}", run.display()))?;
     let run = Run::parse(&lines).with_context(|| format!("in {}", run.display()))?;
-    let bound = u64::from(stack::bound(&image, &Calls::of(&image)?)?.total());
+    let stack = stack::bound(&image, &Calls::of(&image)?)?;
+    let bound = u64::from(stack.total());
     let cost = run.cost;
     // A bound that a run exceeds is none.
     ensure!(
@@ -144,6 +145,8 @@ fn ratchet(elf: &Path, run: &Path, root: &Path, reason: Option<&str>) -> Result<
         Measured::always("missed-ticks", run.missed_ticks),
         Measured::always("truncated-pulses", cost.truncated),
         Measured::compiled("stack-bound-bytes", bound),
+        Measured::compiled("stack-after-start-bytes", stack.running.into()),
+        Measured::compiled("stack-main-bytes", stack.main.into()),
         Measured::compiled("stack-used-bytes", cost.stack_used),
         Measured::compiled("flash-bytes", image.flash),
         Measured::compiled("static-ram-bytes", image.ram),

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::campaign::Totals;
 use crate::judge::Judged;
 
 /// One line of output. Times are virtual seconds since power-on.
@@ -278,6 +279,8 @@ pub(crate) struct RunSummary {
     pub(crate) interrupts: BTreeMap<u8, u8>,
     /// Bytes read from RTT.
     pub(crate) rtt_bytes: u64,
+    /// Counts of ticks in the newest frame on the serial port since the last reset; null: none was read.
+    pub(crate) reported: Option<Totals>,
     /// Injected faults and their outcomes.
     pub(crate) injections: Vec<Reaction>,
 }

@@ -83,12 +83,18 @@ impl Reached {
     }
 }
 
-/// What the log says, where it is read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Logged {
+/// Counts of ticks that the board has reported.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Ticks {
     pub(crate) ticks: u64,
     pub(crate) missed: u64,
     pub(crate) late: u64,
+}
+
+/// What the log says, where it is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Logged {
+    pub(crate) ticks: Ticks,
     /// Over every setpoint of every tick.
     pub(crate) setpoint_hash: String,
 }
@@ -102,6 +108,8 @@ pub(crate) struct Ran {
     pub(crate) violations: u64,
     /// Over every pulse at the pins.
     pub(crate) pulse_hash: String,
+    /// Those of the newest frame on the serial port, which is sent whatever is done with the log.
+    pub(crate) ticks: Ticks,
     pub(crate) logged: Option<Logged>,
     /// Seconds of the processor; `None` where the system does not say.
     pub(crate) cpu_s: Option<f64>,
@@ -159,17 +167,18 @@ impl Piece {
         let Some(end) = end else { bail!("the virtual board ended with {status}, without a result") };
         reached.set(self.secs);
         let logged = reader.map(Reader::finish).transpose()?;
-        let mut wrong = self.judged(&end, &judge, logged.as_ref());
+        let ticks = ticks(&end["reported"], ["tick", "missed", "late"]).context("the result of the virtual board")?;
+        let mut wrong = self.judged(&end, &judge, ticks, logged.as_ref());
         if !status.success() {
             wrong.push(format!("the virtual board ended with {status}"));
         }
         let judged = end["judged"]["violations"].as_u64().unwrap_or_default();
         let (frames, violations, pulse_hash) = (judge.frames, judge.violations + judged, judge.hash());
-        Ok(Ran { piece: *self, frames, violations, pulse_hash, logged, cpu_s, wrong })
+        Ok(Ran { piece: *self, frames, violations, pulse_hash, ticks, logged, cpu_s, wrong })
     }
 
     /// Everything that is wrong.
-    fn judged(&self, end: &Value, judge: &Judge, logged: Option<&Logged>) -> Vec<String> {
+    fn judged(&self, end: &Value, judge: &Judge, ticks: Ticks, logged: Option<&Logged>) -> Vec<String> {
         let mut wrong: Vec<String> = judge.first.iter().cloned().collect();
         if end["judged"]["violations"] != 0 {
             wrong.push(format!("the virtual board's judgement of the pulses: {}", end["judged"]));
@@ -190,17 +199,26 @@ impl Piece {
         if judge.frames < least {
             wrong.push(format!("{} frames of pulses, at least {least} are expected", judge.frames));
         }
-        if let Some(Logged { ticks, missed, late, .. }) = logged {
+        let counted = [("on the serial port", Some(ticks)), ("in the log", logged.map(|logged| logged.ticks))];
+        for (place, counted) in counted {
+            let Some(Ticks { ticks, missed, late }) = counted else { continue };
             let least = (self.secs * TICKS_PER_S) as u64 - TICKS_AT_THE_ENDS;
-            if *ticks < least {
-                wrong.push(format!("{ticks} ticks in the log, at least {least} are expected"));
+            if ticks < least {
+                wrong.push(format!("{ticks} ticks {place}, at least {least} are expected"));
             }
-            if (*missed, *late) != (0, 0) {
-                wrong.push(format!("{missed} missed and {late} late ticks"));
+            if (missed, late) != (0, 0) {
+                wrong.push(format!("{missed} missed and {late} late ticks {place}"));
             }
         }
         wrong
     }
+}
+
+/// Counts of ticks in an object, by the names of ticks, missed and late ones.
+fn ticks(object: &Value, names: [&str; 3]) -> Result<Ticks> {
+    let number = |key: &str| object[key].as_u64().with_context(|| format!("there is no number `{key}` in {object}"));
+    let [ticks, missed, late] = names;
+    Ok(Ticks { ticks: number(ticks)?, missed: number(missed)?, late: number(late)? })
 }
 
 fn object(line: &str) -> Result<Value> {
@@ -256,11 +274,8 @@ impl Reader {
             bail!("footfall watch failed ({status})");
         }
         let last = last.context("the log has no tick")?;
-        let number = |key: &str| last[key].as_u64().with_context(|| format!("a tick of the log without `{key}`"));
         Ok(Logged {
-            ticks: number("tick")?,
-            missed: number("missed_ticks")?,
-            late: number("late_ticks")?,
+            ticks: ticks(&last, ["tick", "missed_ticks", "late_ticks"]).context("a tick of the log")?,
             setpoint_hash: last["setpoint_hash"].as_str().context("a tick of the log without its hash")?.to_owned(),
         })
     }

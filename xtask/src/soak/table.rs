@@ -59,12 +59,11 @@ impl Soak {
             .iter()
             .map(|ran| {
                 let [cycles, microseconds] = ran.wraps();
-                let logged = ran.logged.as_ref();
                 json!({
                     "piece": ran.piece.number, "log": ran.piece.log.name(), "secs": ran.piece.secs, "watchdog_hz": ran.piece.watchdog_hz(), "frames": ran.frames,
-                    "violations": ran.violations, "pulse_hash": ran.pulse_hash, "ticks": logged.map(|log| log.ticks),
-                    "missed": logged.map(|log| log.missed), "late": logged.map(|log| log.late),
-                    "setpoint_hash": logged.map(|log| &log.setpoint_hash), "cycle_counter_wraps": cycles,
+                    "violations": ran.violations, "pulse_hash": ran.pulse_hash, "ticks": ran.ticks.ticks,
+                    "missed": ran.ticks.missed, "late": ran.ticks.late, "ticks_in_log": ran.logged.as_ref().map(|log| log.ticks.ticks),
+                    "setpoint_hash": ran.logged.as_ref().map(|log| &log.setpoint_hash), "cycle_counter_wraps": cycles,
                     "microsecond_timer_wraps": microseconds, "cpu_s": ran.cpu_s,
                 })
             })
@@ -86,10 +85,6 @@ impl fmt::Display for Soak {
         for log in Log::ALL {
             let of: Vec<&Ran> = self.ran.iter().filter(|ran| ran.piece.log == log).collect();
             let sum = |number: fn(&Ran) -> u64| of.iter().map(|ran| number(ran)).sum::<u64>();
-            let logged = |number: fn(&super::piece::Logged) -> u64| {
-                let all: Option<u64> = of.iter().map(|ran| ran.logged.as_ref().map(number)).sum();
-                all.map_or_else(|| "-".to_owned(), |all| all.to_string())
-            };
             let hours = of.iter().map(|ran| ran.piece.secs).sum::<f64>() / 3600.0;
             // Equal ones are shown once in the message of what is wrong; here the first digits are enough.
             let hashes: Vec<&str> = of.iter().map(|ran| &ran.pulse_hash[..6]).collect();
@@ -98,9 +93,9 @@ impl fmt::Display for Soak {
                 "| {} | {} | {hours:.3} | {} | {} | {} | {} | {} | {}, {} | {} |",
                 log.name(),
                 of.len(),
-                logged(|log| log.ticks),
-                logged(|log| log.missed),
-                logged(|log| log.late),
+                sum(|ran| ran.ticks.ticks),
+                sum(|ran| ran.ticks.missed),
+                sum(|ran| ran.ticks.late),
                 sum(|ran| ran.frames),
                 sum(|ran| ran.violations),
                 sum(|ran| ran.wraps()[0]),
@@ -116,16 +111,18 @@ impl fmt::Display for Soak {
 
 #[cfg(test)]
 mod tests {
-    use super::super::piece::{Logged, Piece};
+    use super::super::piece::{Logged, Piece, Ticks};
     use super::*;
 
     fn ran(log: Log, pulse_hash: &str) -> Ran {
-        let logged = Logged { ticks: 59_990, missed: 0, late: 0, setpoint_hash: "00".into() };
+        let ticks = Ticks { ticks: 59_990, missed: 0, late: 0 };
+        let logged = Logged { ticks, setpoint_hash: "00".into() };
         Ran {
             piece: Piece { number: 0, log, secs: 60.0 },
             frames: 2_700,
             violations: 0,
             pulse_hash: pulse_hash.into(),
+            ticks,
             logged: (log == Log::Read).then_some(logged),
             cpu_s: Some(40.0),
             wrong: Vec::new(),
@@ -140,7 +137,7 @@ mod tests {
             soak.is_sound() && text.contains("| read | 1 | 0.017 | 59990 | 0 | 0 | 2700 | 0 | 2, 0 | 012345 |"),
             "{text}"
         );
-        assert!(text.contains("| not attached | 1 | 0.017 | - | - | - | 2700 |"), "{text}");
+        assert!(text.contains("| not attached | 1 | 0.017 | 59990 | 0 | 0 | 2700 |"), "{text}");
         assert!(text.contains("180 virtual s in 60 s, 1.50 virtual s per s of the processor; 0 wrong"), "{text}");
         assert_eq!(soak.json()["pieces"][1]["ticks"], 59_990);
 

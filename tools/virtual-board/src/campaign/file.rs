@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::fault::Fault;
 use super::groups::{Core, Exceptions, Memory, Register};
-use super::stage::{InjectAt, Run, Sequence};
+use super::stage::{InjectAt, Run, Sequence, Serial};
 use crate::judge::Limits;
 use crate::loader::ProgramImage;
 
@@ -43,6 +43,19 @@ pub(crate) struct Campaign {
     pub(crate) sequences: Vec<Sequence>,
 }
 
+/// Bytes on the serial port are sent in the order of the file, and until `last_s`.
+fn check_serial(what: &str, name: &str, serial: &[Serial], last_s: f64) -> Result<()> {
+    let mut before_s = 0.0;
+    for Serial { at_s, .. } in serial {
+        ensure!(
+            (before_s..=last_s).contains(at_s),
+            "{what} `{name}`: serial bytes at {at_s} s; allowed are {before_s} s, the time of those before, to {last_s} s"
+        );
+        before_s = *at_s;
+    }
+    Ok(())
+}
+
 impl Campaign {
     /// Reads the file.
     ///
@@ -72,14 +85,19 @@ impl Campaign {
         let check = |what: &str, name: &str, injects: &[InjectAt]| {
             injects.iter().try_for_each(|one| one.what.check()).with_context(|| format!("{what} `{name}`"))
         };
-        campaign.runs.iter().try_for_each(|run| check("run", &run.name, &run.injects))?;
-        for Sequence { name, state, lasts_s, injects, .. } in &campaign.sequences {
+        for run in &campaign.runs {
+            check("run", &run.name, &run.injects)?;
+            let last_s = run.states.last().map_or(0.0, |state| state.at_s);
+            check_serial("run", &run.name, &run.serial, last_s)?;
+        }
+        for Sequence { name, state, lasts_s, injects, serial, .. } in &campaign.sequences {
             check("sequence", name, injects)?;
             check_state("sequence", name, state)?;
             ensure!(
                 *lasts_s > 0.0 && *lasts_s <= 3600.0,
                 "sequence `{name}`: lasts_s is {lasts_s}; allowed are more than 0, and 3600 at most"
             );
+            check_serial("sequence", name, serial, *lasts_s)?;
         }
         let mut names = BTreeSet::new();
         for fault in &campaign.faults {
@@ -252,6 +270,17 @@ mod tests {
                 fault("\"crystal\"", "walking", "40, reset_within_ms = 9")
                     .replace("\"reset\", boot = \"iwdg\"", "\"off\""),
                 "fault `a`: `reset_within_ms` without `reset`",
+            ),
+            (
+                format!(
+                    "{HEAD}[[sequence]]\nname = \"a\"\nstate = \"walking\"\nlasts_s = 1\n\
+                     serial = [{{ at_s = 0.5, bytes = \"00\" }}, {{ at_s = 0.4, bytes = \"00\" }}]\n"
+                ),
+                "sequence `a`: serial bytes at 0.4 s; allowed are 0.5 s, the time of those before, to 1 s",
+            ),
+            (
+                HEAD.replace("at_s = 0.1, bytes", "at_s = 3.1, bytes"),
+                "run `walk`: serial bytes at 3.1 s; allowed are 0 s",
             ),
             (
                 format!("{HEAD}[[sequence]]\nname = \"a\"\nstate = \"flying\"\nlasts_s = 1\n"),

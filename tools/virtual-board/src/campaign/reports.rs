@@ -116,6 +116,19 @@ pub(crate) enum Counter {
     Refusals,
 }
 
+/// Counts of the loop since the boot, as the newest frame has them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub(crate) struct Totals {
+    /// Number of the frame's tick.
+    pub(crate) tick: u32,
+    /// Ticks that began too late.
+    pub(crate) late: u32,
+    /// Control periods without a tick.
+    pub(crate) missed: u32,
+    /// Ticks with an overrun of the converter.
+    pub(crate) overruns: u32,
+}
+
 /// What came so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Reports {
@@ -126,8 +139,8 @@ pub(crate) struct Reports {
     /// Flags of the calls since they were last taken.
     flags: u16,
     counts: [u32; 6],
-    /// Counters of the last frame: late, missed, overruns.
-    totals: Option<[u32; 3]>,
+    /// Those of the newest frame; `None`: none since the boot.
+    pub(crate) totals: Option<Totals>,
     frame: Vec<u8>,
 }
 
@@ -214,7 +227,7 @@ impl Reports {
     }
 
     fn frame(&mut self, bytes: &mut Bytes<'_>) -> Option<()> {
-        let (_tick, _calls) = (bytes.number()?, bytes.number()?);
+        let (tick, _calls) = (bytes.number()?, bytes.number()?);
         self.status = Some(bytes.status()?);
         self.frames += 1;
         for _ in 0..SENSORS {
@@ -233,10 +246,10 @@ impl Reports {
         for _ in 0..4 {
             bytes.number()?;
         }
-        let totals = [bytes.number()?, bytes.number()?, bytes.number()?];
-        if let Some(before) = self.totals.replace(totals) {
-            self.counts[Counter::Missed as usize] += totals[1].wrapping_sub(before[1]);
-            self.counts[Counter::Overruns as usize] += totals[2].wrapping_sub(before[2]);
+        let now = Totals { tick, late: bytes.number()?, missed: bytes.number()?, overruns: bytes.number()? };
+        if let Some(before) = self.totals.replace(now) {
+            self.counts[Counter::Missed as usize] += now.missed.wrapping_sub(before.missed);
+            self.counts[Counter::Overruns as usize] += now.overruns.wrapping_sub(before.overruns);
         }
         Some(())
     }
@@ -331,6 +344,7 @@ mod tests {
         }
         assert_eq!((reports.count(Counter::Missed), reports.count(Counter::Overruns)), (2, 1));
         assert_eq!((reports.status, reports.frames), (Some(Status { state: FAULT, cause: 18 }), 2));
+        assert_eq!(reports.totals, Some(Totals { tick: 9, late: 0, missed: 3, overruns: 201 }));
         // A call with the fault `outputs`, and one with an attached debugger and a late start.
         let call = |flags: [u8; 2]| [1, 0x80, 0x10, 0xDC, 0x0B, 1, flags[0] | 0x80, flags[1], 0, 0];
         let calls = [&[INPUTS, 7, 2][..], &call([1 << 6, 0]), &call([2, 1 << 2])].concat();

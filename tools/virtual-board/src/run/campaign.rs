@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail, ensure};
 use fork::{Fork, fork};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
@@ -227,7 +228,11 @@ impl Pool {
     }
 
     /// Waits until another case may begin, and says how far the campaign is.
+    ///
+    /// # Errors
+    /// Nobody reads the lines any more: further cases would be for nothing.
     fn wait_for_slot(&mut self) -> Result<()> {
+        ensure!(!is_output_closed()?, "nobody reads the results of the campaign any more; it ends");
         if self.running == self.jobs {
             self.wait_for_one()?;
         }
@@ -278,6 +283,14 @@ impl Pool {
         write_line(&End { r#type: "end", count, faults, phases, seconds, boot_cpu_s, parent_cpu_s, alone_cpu_s })?;
         Ok(code)
     }
+}
+
+/// Whether standard output is a pipe that the reader has closed.
+fn is_output_closed() -> Result<bool> {
+    let stdout = std::io::stdout();
+    let mut output = [PollFd::new(&stdout, PollFlags::empty())];
+    poll(&mut output, Some(&Timespec::default())).context("asking for the state of the output")?;
+    Ok(output[0].revents().contains(PollFlags::ERR))
 }
 
 const fn on_or_off(outputs: bool) -> &'static str {

@@ -2,7 +2,8 @@
 
 use std::io::Write;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
+use rustix::fs::{FlockOperation, fcntl_lock};
 use serde::Serialize;
 
 use super::{BoardRun, PERIODIC_JOB_S};
@@ -374,13 +375,18 @@ fn first_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// Writes a line at once: lines of several processes do not mix, if a pipe takes them whole (4,096 bytes at least).
+/// Writes a line at once. Lines of several processes do not mix: each locks the output while it writes. A system that has no locks for a pipe takes
+/// lines of 4,096 bytes whole.
 pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_vec(line)?;
     text.push(b'\n');
     let mut out = std::io::stdout().lock();
-    out.write_all(&text)?;
-    Ok(out.flush()?)
+    let locked = fcntl_lock(&out, FlockOperation::LockExclusive).is_ok();
+    let written = out.write_all(&text).and_then(|()| out.flush());
+    if locked {
+        fcntl_lock(&out, FlockOperation::Unlock).context("unlocking the output")?;
+    }
+    Ok(written?)
 }
 
 /// Processor time of this process, s; `None` where the system does not say it in this file.

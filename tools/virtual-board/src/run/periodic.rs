@@ -248,6 +248,7 @@ impl<W: Write> BoardRun<'_, W> {
                 exceptions: self.exceptions,
                 interrupts: board.nvic.enabled_lines().collect(),
                 rtt_bytes: self.rtt_bytes,
+                reported: self.reports.totals,
                 injections,
             }
         };
