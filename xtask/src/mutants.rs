@@ -76,11 +76,12 @@ pub(crate) fn mutants(options: &Options) -> Result<ExitCode> {
         command.arg("--output").arg(&folder);
         // Only what the pass runs is compiled, without debug information, and only what changed: most of the time goes into compiling.
         command.args(["--cargo-arg", tests]).env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "1");
+        // In the second pass too: cargo-mutants 27 deletes fields in every file, whatever names it is given.
+        let all = FILES.map(str::to_owned);
+        for file in if options.file.is_empty() { &all[..] } else { &options.file } {
+            command.args(["--file", file]);
+        }
         if place == 0 {
-            let all = FILES.map(str::to_owned);
-            for file in if options.file.is_empty() { &all[..] } else { &options.file } {
-                command.args(["--file", file]);
-            }
             if let Some(shard) = &options.shard {
                 // In turn, so that a part is a sample of every file.
                 command.args(["--shard", shard, "--sharding", "round-robin"]);

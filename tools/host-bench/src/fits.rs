@@ -2,6 +2,7 @@
 
 use crate::child::{self, Used};
 use crate::extent::Extent;
+use crate::peers::{InTurns, Other};
 use crate::recordings;
 use crate::times::{median, rounded};
 use anyhow::{Context, Result};
@@ -36,7 +37,7 @@ pub(crate) fn one(footfall: &Path, folder: &Path, extent: Extent) -> Result<Valu
     let recording = folder.join("alone.csv");
     write(&recording, ALONE_S, 0)?;
     let (generator, report) = (folder.join("alone.toml"), folder.join("alone.html"));
-    let (mut without, mut with) = (Vec::new(), Vec::new());
+    let (mut without, mut with, mut turns) = (Vec::new(), Vec::new(), InTurns::default());
     for _ in 0..extent.runs {
         let fit = || {
             let mut command = Command::new(footfall);
@@ -44,12 +45,15 @@ pub(crate) fn one(footfall: &Path, folder: &Path, extent: Extent) -> Result<Valu
             command
         };
         without.push(child::run(&mut fit())?);
-        with.push(child::run(fit().arg("--report").arg(&report))?);
+        let used = child::run(fit().arg("--report").arg(&report))?;
+        turns.add(used.seconds, (ALONE_S * RATE_HZ) as u64, || Other::run(&["fit"], &recording));
+        with.push(used);
     }
     let page = std::fs::metadata(&report).with_context(|| format!("reading {}", report.display()))?.len();
-    Ok(
-        json!({ "recording_s": ALONE_S, "without_report": numbers(&without), "with_report": numbers(&with), "report_bytes": page }),
-    )
+    Ok(json!({
+        "recording_s": ALONE_S, "without_report": numbers(&without), "with_report": numbers(&with), "report_bytes": page,
+        "other": turns.result(),
+    }))
 }
 
 /// Folders of more and more recordings, each fitted once from nothing.

@@ -45,6 +45,14 @@ pub(crate) fn page(result: &Value) -> Result<String> {
             let row = &fit[key];
             let _ = writeln!(text, "| {name} | {} | {} | {} |", row["seconds"], row["processor_s"], megabytes(row)?);
         }
+        text += "\nIn turn with the fit with a report, the least squares of one kind of generator in Python, which proves and draws nothing. Its time is without\n\
+                 the start of Python, with its ratio to that of the whole program here before it:\n\n\
+                 | | seconds | / here |\n|---|---|---|\n";
+        let other = &result["fit"]["other"];
+        let _ = match other["name"].as_str() {
+            Some(name) => writeln!(text, "| {name} | {} | {} |", other["seconds"], other["ratio"]),
+            None => writeln!(text, "| Python | not measured: {} | |", word(&other["missing"])),
+        };
     }
     if let Some(formats) = result["readers"].as_array() {
         text += "\n## Readers\n\nA process that reads one file from the memory of the system; the largest of four sizes.\n\n\
@@ -63,6 +71,20 @@ pub(crate) fn page(result: &Value) -> Result<String> {
                 peak / 1e6,
                 peak / bytes
             );
+        }
+        text += "\nIn turn with those, the same files in Python's packages, without the start of Python, and the ratio of their time to that here before it. They give\n\
+                 tables of numbers, or messages; here joints, signs and gaps are looked at besides.\n\n\
+                 | format | package | MB/s by the clock | its time / here |\n|---|---|---|---|\n";
+        for format in formats {
+            let size = format["sizes"].as_array().and_then(|sizes| sizes.last()).context("a format without sizes")?;
+            let (name, other) = (word(&format["format"]), &format["other"]);
+            let _ = match other["name"].as_str() {
+                Some(package) => {
+                    let speed = number(&size["bytes"])? / 1e6 / number(&other["seconds"])?;
+                    writeln!(text, "| {name} | {package} | {speed:.0} | {} |", other["ratio"])
+                }
+                None => writeln!(text, "| {name} | not measured: {} | | |", word(&other["missing"])),
+            };
         }
         text += "\nA large export of an oscilloscope is read in blocks of lines, so its memory is that of what is read: time, volts\nand angle of each row, 24 bytes, and some megabytes.\n\
                  The other formats are held whole while they are read.\n";

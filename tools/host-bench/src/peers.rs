@@ -1,10 +1,11 @@
-//! One evaluation of the search in other programs: GNU Octave, SciPy and Numba.
+//! Other programs beside our own: one evaluation of the search in GNU Octave, SciPy and Numba, and recordings in Python's packages.
 
 use crate::extent::Extent;
 use crate::times::{median, rounded};
 use serde_json::{Value, json};
-use std::path::PathBuf;
-use std::process::Command;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 
 /// A program that measures itself: it prints `name seconds` lines.
 struct Peer {
@@ -64,6 +65,17 @@ pub(crate) fn measure(extent: Extent) -> Value {
 }
 
 fn run(peer: &Peer) -> Result<Vec<(String, f64)>, String> {
+    let output = output_of(peer, &[])?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let of_line = |line: &str| {
+        let (name, seconds) = line.rsplit_once(' ')?;
+        Some((name.replace('_', " "), seconds.parse().ok()?))
+    };
+    let times: Vec<(String, f64)> = text.lines().filter_map(of_line).collect();
+    if times.is_empty() { Err(no_result(peer, &output)) } else { Ok(times) }
+}
+
+fn output_of(peer: &Peer, arguments: &[&OsStr]) -> Result<Output, String> {
     let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..").join(peer.script);
     // Another interpreter, such as that of a virtual environment with the packages.
     let program = std::env::var("FOOTFALL_BENCH_PYTHON").ok().filter(|_| peer.program == "python3");
@@ -71,20 +83,107 @@ fn run(peer: &Peer) -> Result<Vec<(String, f64)>, String> {
     if peer.program == "octave-cli" {
         command.args(["--no-gui", "--quiet"]);
     }
-    let output = command
-        .arg(&script)
-        .output()
-        .map_err(|_| format!("`{}` is not on the path ({})", peer.program, peer.install))?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let of_line = |line: &str| {
-        let (name, seconds) = line.rsplit_once(' ')?;
-        Some((name.replace('_', " "), seconds.parse().ok()?))
-    };
-    let times: Vec<(String, f64)> = text.lines().filter_map(of_line).collect();
-    if times.is_empty() {
-        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-        let last = errors.trim().lines().last().unwrap_or("it printed nothing").to_owned();
-        return Err(format!("{last} ({})", peer.install));
+    let output = command.arg(&script).args(arguments).output();
+    output.map_err(|_| format!("`{}` is not on the path ({})", peer.program, peer.install))
+}
+
+fn no_result(peer: &Peer, output: &Output) -> String {
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let last = errors.trim().lines().last().unwrap_or("it printed nothing").to_owned();
+    format!("{last} ({})", peer.install)
+}
+
+/// What Python's packages do with a recording.
+const RECORDINGS: Peer = Peer {
+    name: "Python",
+    program: "python3",
+    script: "benches/python/recordings.py",
+    install: "pip: pandas, ezc3d, mcap, mcap-ros2-support, scipy",
+};
+
+/// A run of another program with a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Other {
+    /// What ran.
+    pub(crate) name: String,
+    /// Without the start of the program.
+    pub(crate) seconds: f64,
+    /// Rows of the recording.
+    pub(crate) rows: u64,
+}
+
+impl Other {
+    /// Runs Python with this task and file.
+    ///
+    /// # Errors
+    /// Why there is no result, in words for the page.
+    pub(crate) fn run(task: &[&str], file: &Path) -> Result<Self, String> {
+        let arguments: Vec<&OsStr> = task.iter().map(OsStr::new).chain([file.as_os_str()]).collect();
+        let output = output_of(&RECORDINGS, &arguments)?;
+        Self::of_line(&String::from_utf8_lossy(&output.stdout)).ok_or_else(|| no_result(&RECORDINGS, &output))
     }
-    Ok(times)
+
+    /// Of `SECONDS ROWS NAME`.
+    fn of_line(line: &str) -> Option<Self> {
+        let mut words = line.trim().splitn(3, ' ');
+        let (seconds, rows) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+        Some(Self { name: words.next()?.to_owned(), seconds, rows })
+    }
+}
+
+/// Runs of our own program, with one of the other after each.
+#[derive(Debug, Default)]
+pub(crate) struct InTurns {
+    pairs: Vec<(f64, Other)>,
+    missing: Option<String>,
+}
+
+impl InTurns {
+    /// Adds a run of our own and what runs after it; one that failed is not tried again.
+    pub(crate) fn add(&mut self, own_s: f64, own_rows: u64, other: impl FnOnce() -> Result<Other, String>) {
+        if self.missing.is_some() {
+            return;
+        }
+        match other() {
+            Ok(other) if other.rows == own_rows => self.pairs.push((own_s, other)),
+            Ok(other) => self.missing = Some(format!("{} finds {} rows, not {own_rows}", other.name, other.rows)),
+            Err(why) => self.missing = Some(why),
+        }
+    }
+
+    /// Medians: the seconds of the other program, and their ratio to those of our run before it; or why they are missing.
+    pub(crate) fn result(&self) -> Value {
+        match (&self.missing, self.pairs.first()) {
+            (None, Some((_, first))) => json!({
+                "name": first.name,
+                "seconds": rounded(median(self.pairs.iter().map(|(_, other)| other.seconds))),
+                "ratio": rounded(median(self.pairs.iter().map(|(own_s, other)| other.seconds / own_s))),
+            }),
+            (missing, _) => json!({ "missing": missing.as_deref().unwrap_or("nothing was run") }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ratio_is_that_of_neighbours_and_other_rows_are_no_result() {
+        let other = |seconds, rows| Ok(Other { name: "a".into(), seconds, rows });
+        let mut turns = InTurns::default();
+        for (own, seconds) in [(1.0, 2.0), (10.0, 30.0), (1.0, 4.0)] {
+            turns.add(own, 7, || other(seconds, 7));
+        }
+        assert_eq!(turns.result(), json!({ "name": "a", "seconds": 4.0, "ratio": 3.0 }));
+        turns.add(1.0, 7, || other(1.0, 8));
+        assert_eq!(turns.result(), json!({ "missing": "a finds 8 rows, not 7" }));
+        let mut none = InTurns::default();
+        none.add(1.0, 7, || Err("no pandas".into()));
+        none.add(1.0, 7, || panic!("it is not tried again"));
+        assert_eq!(none.result(), json!({ "missing": "no pandas" }));
+        let line = Other::of_line("0.5 7 a b\n");
+        assert_eq!(line, Some(Other { name: "a b".into(), seconds: 0.5, rows: 7 }));
+        assert_eq!((Other::of_line(""), Other::of_line("x 7 a")), (None, None));
+    }
 }

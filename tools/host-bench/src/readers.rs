@@ -2,6 +2,7 @@
 
 use crate::child::{self, Used};
 use crate::extent::Extent;
+use crate::peers::{InTurns, Other};
 use crate::recordings::Format;
 use crate::times::{median, rounded};
 use anyhow::{Context, Result};
@@ -83,35 +84,45 @@ pub(crate) fn measure(folder: &Path, extent: Extent) -> Result<Value> {
         command.arg("write").arg(file.format.argument()).arg(&file.file).arg(file.bytes.to_string());
         child::run(&mut command).map(|_| ())
     };
-    within(folder, extent, &write, &|options: &Options| {
+    let one = |options: &Options| {
         let mut command = Command::new(&program);
         command.arg("read").arg(&options.file);
         if options.volts {
             command.arg("--volts");
         }
         child::run(&mut command)
-    })
+    };
+    within(folder, extent, &write, &one, &|format: Format, file: &Path| Other::run(&["read", &format.argument()], file))
 }
 
-/// The same, with files written by `write` and read by `one`.
+/// The same, with files written by `write` and read by `one`, the largest in turn with `other`.
 pub(crate) fn within(
     folder: &Path,
     extent: Extent,
     write: &dyn Fn(&File) -> Result<()>,
     one: &dyn Fn(&Options) -> Result<Used>,
+    other: &dyn Fn(Format, &Path) -> Result<Other, String>,
 ) -> Result<Value> {
     let mut formats = Vec::new();
     for format in Format::ALL {
         let largest = if format == Format::Scope { extent.largest_scope } else { extent.largest_file };
-        let mut sizes = Vec::new();
+        let (mut sizes, mut turns) = (Vec::new(), InTurns::default());
         for part in PARTS {
             let file = folder.join(format!("reader.{}", format.extension()));
             write(&File { format, file: file.clone(), bytes: largest / part })?;
             let bytes = std::fs::metadata(&file).with_context(|| format!("reading {}", file.display()))?.len();
             let options = Options { file: file.clone(), volts: format == Format::Scope };
-            let runs = (0..extent.runs).map(|_| one(&options)).collect::<Result<Vec<Used>>>()?;
-            let own = |used: &Used| -> Result<Value> { serde_json::from_str(&used.output).context("reading a child") };
-            let own = runs.iter().map(own).collect::<Result<Vec<Value>>>()?;
+            let (mut runs, mut own) = (Vec::new(), Vec::new());
+            for _ in 0..extent.runs {
+                let used = one(&options)?;
+                let result: Value = serde_json::from_str(&used.output).context("reading a child")?;
+                if part == 1 {
+                    let number = |key: &str| result[key].as_f64().with_context(|| format!("a child without `{key}`"));
+                    turns.add(number("seconds")?, number("rows")? as u64, || other(format, &file));
+                }
+                runs.push(used);
+                own.push(result);
+            }
             let seconds = median(own.iter().filter_map(|own| own["seconds"].as_f64()));
             sizes.push(json!({
                 "bytes": bytes,
@@ -123,7 +134,7 @@ pub(crate) fn within(
             }));
             std::fs::remove_file(&file).with_context(|| format!("removing {}", file.display()))?;
         }
-        formats.push(json!({ "format": format.name(), "sizes": sizes }));
+        formats.push(json!({ "format": format.name(), "sizes": sizes, "other": turns.result() }));
     }
     Ok(Value::Array(formats))
 }
