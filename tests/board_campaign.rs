@@ -24,6 +24,22 @@ const SAMPLE: &str = "61";
 const BITS: &str = "FOOTFALL_BITS";
 /// Bits without the variable; docs/evidence.md has the result of 2,400.
 const FEW_BITS: usize = 1600;
+/// The fault of a core that a debugger halts, with the watchdog running.
+const HALTS: &str = "a debugger halts the core";
+/// Parts of the names of faults in a walk, and the hazard whose times are those of the end of their pulses.
+const TIMES: [(&str, &str); 11] = [
+    ("the supply falls", "H27"),
+    ("the supply falls", "H48"),
+    ("s stand still", "H44"),
+    ("a transfer is lost", "H44"),
+    ("TIM1 ", "H54"),
+    ("TIM2 ", "H54"),
+    ("GPIO", "H54"),
+    ("RCC ", "H54"),
+    ("ADC1 ", "H54"),
+    ("DMA2 ", "H54"),
+    ("FLASH ", "H54"),
+];
 /// The runs in which faults are injected.
 const RUNS: [&str; 3] = ["walk", "trim", "follower"];
 
@@ -50,7 +66,7 @@ fn main() -> ExitCode {
 
 /// All cases of the walk would take minutes.
 fn a_campaign_whose_results_nobody_reads_ends() {
-    let (mut command, _folder) = campaign::command(&faults_file(), "walk", &[]);
+    let (mut command, _folder) = campaign::command(&faults_file(), "walk", &["--jobs", "2"]);
     let mut board = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
     let mut first = String::new();
     BufReader::new(board.stdout.take().expect("its output")).read_line(&mut first).expect("a line");
@@ -168,6 +184,16 @@ fn a_sample_of_the_faults_leads_to_the_declared_reactions() {
     assert!(faults >= 600);
     assert_eq!((names.len() as u64, states.len(), phases.len()), (faults, 8, 20), "{states:?} {phases:?}");
     assert!(counts.iter().all(|(_, count)| *count >= 50), "{counts:?}");
+    for case in &cases {
+        let row = case["row"].as_str().expect("a row");
+        let ended_us = [&case["off_us"], &case["reset_us"]].into_iter().filter_map(Value::as_f64).reduce(f64::min);
+        let Some(ended_us) = ended_us.filter(|_| case["outputs"] == true && case["pulses_alone"] == false) else {
+            continue;
+        };
+        for (_, id) in TIMES.iter().filter(|(part, _)| row.contains(part)) {
+            assert_in_time(id, ended_us * 1e-3, &case["name"].to_string());
+        }
+    }
     // Only bits of the memory have no declared reaction.
     assert!(cases.iter().all(|case| (case["pulses_alone"] == true) == (case["row"] == "static RAM")));
     let wrong = wrong_boots(&cases);
@@ -228,9 +254,9 @@ fn a_boot_that_says_another_end_is_noticed() {
 /// Tasks and interrupts, at both ends of the watchdog's oscillator: the reset is inside the bound, and a board without a fault is not reset.
 fn every_hang_ends_in_time_at_any_watchdog_clock() {
     for hz in ["17000", "47000"] {
-        let (mut hangs, mut healthy) = (Vec::new(), Vec::new());
+        let (mut hangs, mut halts, mut healthy) = (Vec::new(), Vec::new(), Vec::new());
         for run in RUNS {
-            for (only, cases) in [(" hangs", &mut hangs), ("loses a result", &mut healthy)] {
+            for (only, cases) in [(" hangs", &mut hangs), (HALTS, &mut halts), ("loses a result", &mut healthy)] {
                 let outcome = campaign::run(&faults_file(), run, &["--only", only, "--every", "11", "--lsi-hz", hz]);
                 assert_good(&outcome);
                 cases.extend(outcome.cases);
@@ -239,8 +265,11 @@ fn every_hang_ends_in_time_at_any_watchdog_clock() {
         let latest = hangs.iter().map(|case| case["reset_us"].as_f64().expect("a reset")).fold(0.0, f64::max);
         report!("LSI {hz} Hz: {} hangs, the latest reset after {:.1} ms", hangs.len(), latest * 1e-3);
         // Of a task, and of an interrupt.
-        for id in ["H24", "H32"] {
+        for id in ["H24", "H30", "H31", "H32"] {
             assert_in_time(id, latest * 1e-3, "a hang");
+        }
+        for halt in halts.iter().filter(|case| case["name"] == HALTS) {
+            assert_in_time("H08", halt["reset_us"].as_f64().expect("a reset") * 1e-3, HALTS);
         }
         let names: BTreeSet<String> = hangs.iter().map(|case| case["name"].to_string()).collect();
         assert!(hangs.len() >= 100 && names.len() == 9, "{names:?}");

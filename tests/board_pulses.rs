@@ -73,6 +73,7 @@ fn a_fault_handler_waits_for_the_end_of_a_pulse() {
             let ran = board.run(walk_options(2.4, &[option, value]));
             let [reaction] = ran.end.injections.as_slice() else { panic!("{:?}", ran.end.injections) };
             let [rail, dark, low] = ["rail_us", "disarmed_us", "low_us"].map(|key| number(reaction, key));
+            assert_in_time("H07", rail * 1e-3, option);
             assert!(rail <= LATEST_RAIL_US && dark <= LATEST_DARK_US && low <= dark, "{option} {value}: {reaction}");
             assert!(cut(&ran, &undisturbed).is_empty(), "{option} {value}: {:?}", cut(&ran, &undisturbed));
             (latest_rail, latest_dark) = (latest_rail.max(rail), latest_dark.max(dark));

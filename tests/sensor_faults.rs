@@ -14,6 +14,7 @@ use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
 use footfall_tests::faults::{Fault, Knee, LSB, Rig, SUPPLY, table};
 use footfall_tests::gestures::ARMED_S;
+use footfall_tests::limits::assert_in_time;
 use footfall_tests::recordings::{default_trace, default_traces_folder, package};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
@@ -307,6 +308,15 @@ fn every_fault_is_classified_and_acted_on_in_time() {
             spread(all.iter().filter_map(|measured| measured.stopped_ms)),
             spread(all.iter().filter_map(|measured| measured.off_ms)),
         );
+        let ids: &[&str] = match fault {
+            Fault::Open | Fault::Short => &["H45"],
+            Fault::Stuck => &["H46"],
+            Fault::Supply => &["H27", "H48"],
+            _ => &[],
+        };
+        for (id, ms) in ids.iter().flat_map(|id| all.iter().filter_map(move |one| Some((id, one.stopped_ms?)))) {
+            assert_in_time(id, ms, &format!("{fault:?}"));
+        }
         assert!(all.len() >= PHASES as usize / step);
         if fault == Fault::Jump {
             let few = all.len() / 8;

@@ -39,6 +39,7 @@ READERS = {
 }
 
 HARMONICS = 6
+LARGEST_ERROR_DEG = 1.0
 
 
 def fit(file):
@@ -62,21 +63,23 @@ def fit(file):
 
         start = np.linalg.lstsq(basis(frequency), angles, rcond=None)[0]
         found = least_squares(residual, np.concatenate(([frequency], start.ravel())))
-        if not found.success:
-            raise SystemExit(found.message)
+        error = np.sqrt(np.mean(found.fun**2))
+        # A frequency half a bin off ends in another minimum, where the harmonics fit nothing.
+        if not (found.success and error < LARGEST_ERROR_DEG):
+            raise SystemExit(f"the least squares end with an error of {error:.2f} degrees: {found.message}")
         return len(rows)
 
     return f"SciPy, period and {HARMONICS} harmonics", work
 
 
 def main():
-    match sys.argv[1:]:
-        case ["read", form, file] if form in READERS:
-            name, work = READERS[form](file)
-        case ["fit", file]:
-            name, work = fit(file)
-        case _:
-            raise SystemExit(f"usage: recordings.py read {'|'.join(READERS)} FILE, or recordings.py fit FILE")
+    words = sys.argv[1:]
+    if len(words) == 3 and words[0] == "read" and words[1] in READERS:
+        name, work = READERS[words[1]](words[2])
+    elif len(words) == 2 and words[0] == "fit":
+        name, work = fit(words[1])
+    else:
+        raise SystemExit(f"usage: recordings.py read {'|'.join(READERS)} FILE, or recordings.py fit FILE")
     began = time.perf_counter()
     rows = work()
     print(f"{time.perf_counter() - began:.6f} {rows} {name}")

@@ -9,13 +9,15 @@ mod support;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use cpg_core::entrainment::{Corrections, EventSource};
+use cpg_core::Follow as _;
+use cpg_core::entrainment::{Corrections, EventSource, Lock};
 use cpg_core::network::thesis::ThesisConfig;
 use hgod_adc::ReferenceConfig;
 use joint_loop::generator::spline::{SPLINE_KNOTS, SplineConfig};
-use joint_loop::tuning::{Action, Parameter, Request};
+use joint_loop::tuning::{Action, Outcome, Parameter, Request};
 use joint_loop::{
-    FollowConfig, GeneratorConfig, LoopConfig, SERIES_HARMONICS, Sample, SeriesConfig, ShapeConfig, SupervisorState,
+    BoardGenerator, FollowConfig, GeneratorConfig, JointLoop, LoopConfig, SERIES_HARMONICS, Sample, SeriesConfig,
+    ShapeConfig,
 };
 use joint_units::{AdcCode, Joint, Period, PulseMicros, Radians};
 use support::{OPEN, VREFINT, good, sensor};
@@ -63,6 +65,7 @@ fn set(number: u16, parameter: Parameter, thousandths: i32) -> Option<Request> {
 
 /// What a run changes of the good sample of a tick.
 type Change = fn(u32, &mut Sample<1>);
+type Loop = JointLoop<BoardGenerator, 1>;
 
 /// The runs: name, generator, and what happens but for the hold of the button.
 fn runs() -> Vec<(&'static str, GeneratorConfig, Change)> {
@@ -101,7 +104,7 @@ fn runs() -> Vec<(&'static str, GeneratorConfig, Change)> {
             sample.request = match tick {
                 5_000 => set(1, Parameter::Amplitude(Joint::LeftHip), 1_500),
                 6_000 => set(2, Parameter::Amplitude(Joint::RightKnee), 1_500),
-                7_000 => set(3, Parameter::Speed, 2_000),
+                7_000 => set(3, Parameter::Speed, 1_500),
                 _ => None,
             };
         }),
@@ -117,18 +120,21 @@ fn runs() -> Vec<(&'static str, GeneratorConfig, Change)> {
     ]
 }
 
-/// FNV-1a, 64 bits, over the setpoints and the commanded pulses of every tick, and the last state.
-fn digest(config: &GeneratorConfig, change: Change) -> (u64, SupervisorState) {
+/// FNV-1a, 64 bits, over the setpoints and the commanded pulses of every tick; the loop at the end, and how many requests were not taken.
+fn digest(config: &GeneratorConfig, change: Change) -> (u64, Loop, usize) {
     let supply = Some(ReferenceConfig::stm32f4(VREFINT).build().expect("valid"));
     let period = Period::MILLISECOND;
     let generator = config.build(period).expect("valid");
     let config = LoopConfig { supply, ..LoopConfig::default_biped() };
     let mut joints = config.build(period, generator, [Some(sensor())]).expect("valid");
+    let mut refused = 0;
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     for tick in 0..TICKS {
         let mut sample = Sample { button: HELD.contains(&tick), ..good(tick) };
         change(tick, &mut sample);
         let command = joints.tick(&sample);
+        refused +=
+            joints.answers().filter(|answer| !matches!(answer.outcome, Outcome::Staged | Outcome::InEffect)).count();
         let pulses = command.pulses.unwrap_or([PulseMicros(0); 4]).map(|pulse| u32::from(pulse.0));
         for word in joints.frame().setpoints.map(|angle| angle.0.to_bits()).into_iter().chain(pulses) {
             for byte in word.to_le_bytes() {
@@ -136,7 +142,7 @@ fn digest(config: &GeneratorConfig, change: Change) -> (u64, SupervisorState) {
             }
         }
     }
-    (hash, joints.state())
+    (hash, joints, refused)
 }
 
 /// Name, digest and last state of each run.
@@ -149,7 +155,7 @@ a follower: f86b38398202e1da, Walking
 stopped by the button, armed again: aaa76940f94e43a9, Walking
 other gaits, speeds, amplitudes and offsets: 421ec5494077d448, Walking
 a wire that comes off: d564d569af41a92a, Disarmed
-amplitudes that meet the limits: 32176ac8085b4492, Walking
+amplitudes that meet the limits: 7d6e10bfc96f5980, Walking
 a trim: 205fa1842f43c43e, TrimReady
 ";
 
@@ -157,8 +163,15 @@ a trim: 205fa1842f43c43e, TrimReady
 fn every_bit_of_ten_runs_is_kept() {
     let mut found = String::new();
     for (name, config, change) in runs() {
-        let (hash, state) = digest(&config, change);
-        writeln!(found, "{name}: {hash:016x}, {state:?}").expect("a string");
+        let (hash, joints, refused) = digest(&config, change);
+        writeln!(found, "{name}: {hash:016x}, {:?}", joints.state()).expect("a string");
+        // Each does what its name says.
+        assert_eq!(refused, 0, "{name}");
+        let frame = joints.frame();
+        let meets_limits = name.contains("limits") || name.contains("other gaits");
+        assert_eq!(frame.limited_ticks > 0, meets_limits, "{name}: {} ticks", frame.limited_ticks);
+        let lock = joints.generator().follow_status().map(|status| status.state);
+        assert_eq!(lock, (name == "a follower").then_some(Lock::Locked), "{name}");
     }
     assert!(found == EXPECTED, "found:\n{found}\nexpected:\n{EXPECTED}");
 }

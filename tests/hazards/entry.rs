@@ -31,7 +31,7 @@ pub(crate) struct Hazard {
     /// Longest time from the fault to the start of the reaction, ms.
     pub(crate) limit_ms: Option<f64>,
     /// The longest of these times that its tests measured, ms.
-    pub(crate) latest_ms: Option<f64>,
+    pub(crate) longest_ms: Option<f64>,
     pub(crate) status: Status,
     /// Where a test has shown detection and reaction.
     #[serde(default)]

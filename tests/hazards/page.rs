@@ -28,7 +28,8 @@ const READING: &str = "\
   default limits, then the pulses end; with slower limits in the robot file up to 0.8 s more, and the pulses may end before the pose is reached.
 - **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them, or a test that reads the names in the linked image;
   *host* the computer that runs the tests; *virtual board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
-- **latest**: the longest of these times that a test measured, on the host or on the virtual board. A test fails if a reaction comes later.
+- **longest**: the longest of these times that a test or the campaign measured on the host or on the virtual board, there with the image of the Discovery,
+  rounded up. A test fails when a reaction comes after the limit, or a tenth later than the longest; those of H11, H17 and H18 are exact counts of ticks.
 - **hardware**: shown with a board in the hand. *procedure* leads to one below that nobody has carried out yet.
 - **status**: *shown*: tests show detection and reaction, or that the effect does not come; *partly*: something is missing, which the
   [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied on. Each of these has a test or a bench procedure.
@@ -38,8 +39,8 @@ const READING: &str = "\
 const BENCH: &str = "\
 ## Bench procedures
 
-For a board in the hand, after the list [Before the first arming](first-walk.md#before-the-first-arming). Those to which the table has a link have
-not been carried out by anybody yet: one that does not work as written is a finding too.
+For a board in the hand, after the list [Before the first arming](first-walk.md#before-the-first-arming). None of them has been carried out yet: one that
+does not work as written is a finding too.
 ";
 
 /// The whole page.
@@ -84,18 +85,30 @@ pub(crate) fn counts(hazards: &Hazards) -> String {
 /// The hazards with a time limit, and the times that were measured.
 pub(crate) fn times(hazards: &Hazards) -> String {
     let mut table =
-        "| hazard | limit | latest on host or virtual board | latest on hardware |\n|---|---|---|---|\n".to_owned();
+        "| hazard | status | limit | longest measured | shown on | on hardware |\n|---|---|---|---|---|---|\n"
+            .to_owned();
     for hazard in hazards.list.iter().filter(|hazard| hazard.limit_ms.is_some()) {
-        let [limit, latest] = [hazard.limit_ms, hazard.latest_ms].map(milliseconds);
-        _ = writeln!(table, "| **{}** {} | {limit} | {latest} | |", hazard.id, hazard.cause);
+        let [limit, longest] = [hazard.limit_ms, hazard.longest_ms].map(milliseconds);
+        let (status, places) = (hazard.status.name(), places(hazard));
+        _ = writeln!(
+            table,
+            "| **{}** {}: {} | {status} | {limit} | {longest} | {places} | not measured |",
+            hazard.id, hazard.cause, hazard.effect
+        );
     }
     table
+}
+
+/// The places without hardware where it has been shown.
+fn places(hazard: &Hazard) -> String {
+    let is_shown = |place: &Place| *place != Place::Bench && hazard.shown.contains(place);
+    Place::ALL.into_iter().filter(is_shown).map(Place::name).collect::<Vec<_>>().join(", ")
 }
 
 /// A time of a table; short ones in microseconds.
 fn milliseconds(time: Option<f64>) -> String {
     match time {
-        Some(ms) if ms > 0.0 && ms < 0.1 => format!("{} us", (ms * 1e6).round() * 1e-3),
+        Some(ms) if ms > 0.0 && ms < 0.1 => format!("{} us", (ms * 1e6).round() / 1e3),
         Some(ms) => format!("{ms} ms"),
         None => String::new(),
     }
@@ -104,16 +117,11 @@ fn milliseconds(time: Option<f64>) -> String {
 /// A table with a row for each hazard that applies.
 fn table(hazards: &Hazards) -> String {
     let mut table =
-        "| hazard | detection | reaction | limit | latest | shown on | hardware | status |\n|---|---|---|---|---|---|---|---|\n"
+        "| hazard | detection | reaction | limit | longest | shown on | hardware | status |\n|---|---|---|---|---|---|---|---|\n"
             .to_owned();
     for hazard in hazards.list.iter().filter(|hazard| hazard.status != Status::DoesNotApply) {
         let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
-        let [limit, latest] = [hazard.limit_ms, hazard.latest_ms].map(milliseconds);
-        let places: Vec<&str> = Place::ALL
-            .into_iter()
-            .filter(|p| *p != Place::Bench && hazard.shown.contains(p))
-            .map(Place::name)
-            .collect();
+        let [limit, longest] = [hazard.limit_ms, hazard.longest_ms].map(milliseconds);
         let hardware = match (hazard.shown.contains(&Place::Bench), &hazard.bench) {
             (true, _) => "shown".to_owned(),
             (false, Some(_)) => format!("[procedure](#{})", anchor(hazard)),
@@ -121,13 +129,13 @@ fn table(hazards: &Hazards) -> String {
         };
         _ = writeln!(
             table,
-            "| **{}** {}: {} | {} | {} | {limit} | {latest} | {} | {hardware} | {} |",
+            "| **{}** {}: {} | {} | {} | {limit} | {longest} | {} | {hardware} | {} |",
             hazard.id,
             hazard.cause,
             hazard.effect,
             text(&hazard.detection),
             text(&hazard.reaction),
-            places.join(", "),
+            places(hazard),
             hazard.status.name()
         );
     }

@@ -57,7 +57,7 @@ fn entry(hazard: &Hazard) -> Vec<String> {
         ("detection", hazard.detection.is_some()),
         ("reaction", hazard.reaction.is_some()),
         ("limit_ms", hazard.limit_ms.is_some()),
-        ("latest_ms", hazard.latest_ms.is_some()),
+        ("longest_ms", hazard.longest_ms.is_some()),
         ("shown", !hazard.shown.is_empty()),
         ("tests", !hazard.tests.is_empty()),
         ("measured", hazard.measured.is_some()),
@@ -68,10 +68,10 @@ fn entry(hazard: &Hazard) -> Vec<String> {
     let (needed, refused): (&[&str], &[&str]) = match hazard.status {
         Status::Shown => (&["detection", "reaction", "shown", "tests"], &["missing", "why"]),
         Status::Partly => (&["reaction", "missing"], &["why"]),
-        Status::Open => (&["missing"], &["limit_ms", "latest_ms", "shown", "tests", "measured", "why"]),
+        Status::Open => (&["missing"], &["limit_ms", "longest_ms", "shown", "tests", "measured", "why"]),
         Status::DoesNotApply => (
             &["why"],
-            &["detection", "reaction", "limit_ms", "latest_ms", "shown", "tests", "measured", "missing", "bench"],
+            &["detection", "reaction", "limit_ms", "longest_ms", "shown", "tests", "measured", "missing", "bench"],
         ),
     };
     for (key, is_there) in present {
@@ -91,14 +91,14 @@ fn entry(hazard: &Hazard) -> Vec<String> {
     if hazard.limit_ms.is_some_and(|limit| !limit.is_finite() || limit <= 0.0) {
         found.push("`limit_ms` is not above 0".to_owned());
     }
-    match (hazard.limit_ms, hazard.latest_ms) {
+    match (hazard.limit_ms, hazard.longest_ms) {
         (Some(limit), Some(latest)) if !(0.0..=limit).contains(&latest) => {
-            found.push(format!("`latest_ms` is {latest}; allowed are 0 to `limit_ms`, {limit}"));
+            found.push(format!("`longest_ms` is {latest}; allowed are 0 to `limit_ms`, {limit}"));
         }
         (Some(_), None) => {
-            found.push("it has `limit_ms` and needs `latest_ms`, the longest that was measured".to_owned())
+            found.push("it has `limit_ms` and needs `longest_ms`, the longest that was measured".to_owned())
         }
-        (None, Some(_)) => found.push("`latest_ms` needs `limit_ms`".to_owned()),
+        (None, Some(_)) => found.push("`longest_ms` needs `limit_ms`".to_owned()),
         _ => {}
     }
     let has_unit =

@@ -66,11 +66,20 @@ pub(crate) fn mutants(options: &Options) -> Result<ExitCode> {
     if shell::stdout_of(shell::cargo().args(["mutants", "--version"])).is_err() {
         return Err(MissingRequirement(MISSING.to_owned()).into());
     }
-    let folder = workspace.target_dir.join("mutants");
-    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let mut result = Outcomes::default();
     for (place, (what, tests, words)) in PASSES.into_iter().enumerate() {
         eprintln!("mutants: {what}");
+        // A folder for each: `--iterate` leaves out what the newest run in the folder has noticed.
+        let folder = workspace.target_dir.join("mutants").join(format!("pass-{}", place + 1));
+        std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+        let outcomes = folder.join("mutants.out/outcomes.json");
+        // What an earlier run left is not the result of this one. `--iterate` reads other files.
+        match std::fs::remove_file(&outcomes) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(error).with_context(|| format!("removing {}", outcomes.display()));
+            }
+            _ => {}
+        }
         let mut command = shell::cargo();
         command.args(["mutants", "--package", "joint-loop", "--no-shuffle", "--jobs", &options.jobs.to_string()]);
         command.arg("--output").arg(&folder);
@@ -100,11 +109,12 @@ pub(crate) fn mutants(options: &Options) -> Result<ExitCode> {
         if !status.code().is_some_and(|code| ENDS.contains(&code)) {
             bail!("cargo mutants failed ({status}): the tests must pass before the code is changed");
         }
-        let outcomes = folder.join("mutants.out/outcomes.json");
         if !outcomes.is_file() {
-            bail!(
-                "nothing was tested: with these options there is no code to change (`--file` takes paths and patterns from the root on)"
-            );
+            if options.iterate || options.shard.is_some() {
+                eprintln!("mutants: nothing is left to change");
+                break;
+            }
+            bail!("nothing was tested: `--file` names no code that can be changed");
         }
         result.add(&outcomes)?;
         if result.missed.is_empty() {
@@ -140,10 +150,14 @@ impl Outcomes {
 
     fn add_text(&mut self, text: &str) -> Result<()> {
         let value: Value = serde_json::from_str(text)?;
-        self.missed.clear();
+        // The second pass is about these; fields that it deletes elsewhere belong to the first.
+        let before = std::mem::take(&mut self.missed);
         for outcome in value["outcomes"].as_array().context("no outcomes")? {
             let mutant = &outcome["scenario"]["Mutant"];
             let (Some(file), Some(name)) = (mutant["file"].as_str(), mutant["name"].as_str()) else { continue };
+            if !before.is_empty() && !before.iter().any(|(_, missed)| missed == name) {
+                continue;
+            }
             let counts = self.files.entry(file.to_owned()).or_default();
             match outcome["summary"].as_str() {
                 Some("CaughtMutant") => counts.caught += 1,
@@ -195,7 +209,7 @@ mod tests {
         ];
         outcomes.add_text(&text(&second)).unwrap();
         let table = outcomes.to_string();
-        assert!(table.contains("| a.rs | 1 | 1 | 1 | 1 |") && table.ends_with("survived: a.rs:3: three\n"), "{table}");
+        assert!(table.contains("| a.rs | 1 | 1 | 0 | 1 |") && table.ends_with("survived: a.rs:3: three\n"), "{table}");
         assert!(outcomes.add_text("{}").is_err() && outcomes.add_text(&text(&[outcome("New", "a")])).is_err());
     }
 

@@ -45,8 +45,8 @@ pub(crate) fn page(result: &Value) -> Result<String> {
             let row = &fit[key];
             let _ = writeln!(text, "| {name} | {} | {} | {} |", row["seconds"], row["processor_s"], megabytes(row)?);
         }
-        text += "\nIn turn with the fit with a report, the least squares of one kind of generator in Python, which proves and draws nothing. Its time is without\n\
-                 the start of Python, with its ratio to that of the whole program here before it:\n\n\
+        text += "\nAfter each run with a report the same recording is fitted in Python: least squares for one kind of generator, without certificate and report. Its\n\
+                 time is without the start of Python, and is divided by that of the run of `footfall fit` just before, as a whole:\n\n\
                  | | seconds | / here |\n|---|---|---|\n";
         let other = &result["fit"]["other"];
         let _ = match other["name"].as_str() {
@@ -72,8 +72,8 @@ pub(crate) fn page(result: &Value) -> Result<String> {
                 peak / bytes
             );
         }
-        text += "\nIn turn with those, the same files in Python's packages, without the start of Python, and the ratio of their time to that here before it. They give\n\
-                 tables of numbers, or messages; here joints, signs and gaps are looked at besides.\n\n\
+        text += "\nAfter each of these runs a package of Python reads the same file. Its time is without the start of Python, and is divided by that of the run here just\n\
+                 before. The packages give tables of numbers, or messages; here joints, signs and gaps are looked at besides.\n\n\
                  | format | package | MB/s by the clock | its time / here |\n|---|---|---|---|\n";
         for format in formats {
             let size = format["sizes"].as_array().and_then(|sizes| sizes.last()).context("a format without sizes")?;

@@ -83,13 +83,17 @@ fn output_of(peer: &Peer, arguments: &[&OsStr]) -> Result<Output, String> {
     if peer.program == "octave-cli" {
         command.args(["--no-gui", "--quiet"]);
     }
+    let name = command.get_program().to_string_lossy().into_owned();
     let output = command.arg(&script).args(arguments).output();
-    output.map_err(|_| format!("`{}` is not on the path ({})", peer.program, peer.install))
+    output.map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => format!("`{name}` is not on the path ({})", peer.install),
+        _ => format!("`{name}` cannot be started: {error}"),
+    })
 }
 
 fn no_result(peer: &Peer, output: &Output) -> String {
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    let last = errors.trim().lines().last().unwrap_or("it printed nothing").to_owned();
+    let last = errors.trim().lines().last().unwrap_or("it printed no result").replace('|', "/");
     format!("{last} ({})", peer.install)
 }
 
@@ -120,7 +124,8 @@ impl Other {
     pub(crate) fn run(task: &[&str], file: &Path) -> Result<Self, String> {
         let arguments: Vec<&OsStr> = task.iter().map(OsStr::new).chain([file.as_os_str()]).collect();
         let output = output_of(&RECORDINGS, &arguments)?;
-        Self::of_line(&String::from_utf8_lossy(&output.stdout)).ok_or_else(|| no_result(&RECORDINGS, &output))
+        let found = Self::of_line(&String::from_utf8_lossy(&output.stdout)).filter(|_| output.status.success());
+        found.ok_or_else(|| no_result(&RECORDINGS, &output))
     }
 
     /// Of `SECONDS ROWS NAME`.

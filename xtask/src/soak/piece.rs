@@ -167,18 +167,27 @@ impl Piece {
         let Some(end) = end else { bail!("the virtual board ended with {status}, without a result") };
         reached.set(self.secs);
         let logged = reader.map(Reader::finish).transpose()?;
-        let ticks = ticks(&end["reported"], ["tick", "missed", "late"]).context("the result of the virtual board")?;
-        let mut wrong = self.judged(&end, &judge, ticks, logged.as_ref());
+        let reported = ticks(&end["reported"], ["tick", "missed", "late"]);
+        let mut wrong = self.judged(&end, &judge, reported, logged.as_ref());
         if !status.success() {
             wrong.push(format!("the virtual board ended with {status}"));
         }
         let judged = end["judged"]["violations"].as_u64().unwrap_or_default();
         let (frames, violations, pulse_hash) = (judge.frames, judge.violations + judged, judge.hash());
-        Ok(Ran { piece: *self, frames, violations, pulse_hash, ticks, logged, cpu_s, wrong })
+        Ok(Ran {
+            piece: *self,
+            frames,
+            violations,
+            pulse_hash,
+            ticks: reported.unwrap_or_default(),
+            logged,
+            cpu_s,
+            wrong,
+        })
     }
 
     /// Everything that is wrong.
-    fn judged(&self, end: &Value, judge: &Judge, ticks: Ticks, logged: Option<&Logged>) -> Vec<String> {
+    fn judged(&self, end: &Value, judge: &Judge, reported: Option<Ticks>, logged: Option<&Logged>) -> Vec<String> {
         let mut wrong: Vec<String> = judge.first.iter().cloned().collect();
         if end["judged"]["violations"] != 0 {
             wrong.push(format!("the virtual board's judgement of the pulses: {}", end["judged"]));
@@ -199,12 +208,16 @@ impl Piece {
         if judge.frames < least {
             wrong.push(format!("{} frames of pulses, at least {least} are expected", judge.frames));
         }
-        let counted = [("on the serial port", Some(ticks)), ("in the log", logged.map(|logged| logged.ticks))];
+        if reported.is_none() {
+            wrong.push("no frame on the serial port since the last reset".to_owned());
+        }
+        let counted = [("on the serial port", reported), ("in the log", logged.map(|logged| logged.ticks))];
         for (place, counted) in counted {
             let Some(Ticks { ticks, missed, late }) = counted else { continue };
-            let least = (self.secs * TICKS_PER_S) as u64 - TICKS_AT_THE_ENDS;
-            if ticks < least {
-                wrong.push(format!("{ticks} ticks {place}, at least {least} are expected"));
+            let most = (self.secs * TICKS_PER_S) as u64;
+            let least = most - TICKS_AT_THE_ENDS;
+            if !(least..=most).contains(&ticks) {
+                wrong.push(format!("{ticks} ticks {place}, {least} to {most} are expected"));
             }
             if (missed, late) != (0, 0) {
                 wrong.push(format!("{missed} missed and {late} late ticks {place}"));
@@ -214,11 +227,10 @@ impl Piece {
     }
 }
 
-/// Counts of ticks in an object, by the names of ticks, missed and late ones.
-fn ticks(object: &Value, names: [&str; 3]) -> Result<Ticks> {
-    let number = |key: &str| object[key].as_u64().with_context(|| format!("there is no number `{key}` in {object}"));
-    let [ticks, missed, late] = names;
-    Ok(Ticks { ticks: number(ticks)?, missed: number(missed)?, late: number(late)? })
+/// Counts of ticks in an object, by the names of ticks, missed and late ones; `None`: it lacks one.
+fn ticks(object: &Value, names: [&str; 3]) -> Option<Ticks> {
+    let [ticks, missed, late] = names.map(|key| object[key].as_u64());
+    Some(Ticks { ticks: ticks?, missed: missed?, late: late? })
 }
 
 fn object(line: &str) -> Result<Value> {
@@ -275,7 +287,7 @@ impl Reader {
         }
         let last = last.context("the log has no tick")?;
         Ok(Logged {
-            ticks: ticks(&last, ["tick", "missed_ticks", "late_ticks"]).context("a tick of the log")?,
+            ticks: ticks(&last, ["tick", "missed_ticks", "late_ticks"]).context("a tick of the log without counts")?,
             setpoint_hash: last["setpoint_hash"].as_str().context("a tick of the log without its hash")?.to_owned(),
         })
     }
@@ -288,4 +300,40 @@ fn processor_seconds(child: &Child) -> Option<f64> {
     let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks = fields.get(11..13)?.iter().map(|field| field.parse::<f64>().ok()).sum::<Option<f64>>()?;
     Some(ticks / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn ticks_resets_and_reports_that_are_missing_are_named() {
+        let piece = Piece { number: 0, log: Log::NotAttached, secs: 20.0 };
+        let sound = json!({
+            "judged": { "violations": 0 }, "unmodelled": 0, "unexpected_faults": 0, "edges_before_arming": 0, "edges_after_disarming": 0,
+            "lints": [], "resets": [], "reported": { "tick": 19_980, "missed": 0, "late": 0, "overruns": 0 },
+        });
+        let mut judge = Judge::default();
+        judge.frames = 700;
+        let wrong = |key: &str, value: Value| {
+            let mut end = sound.clone();
+            end[key] = value;
+            piece.judged(&end, &judge, ticks(&end["reported"], ["tick", "missed", "late"]), None)
+        };
+        assert_eq!(wrong("lints", json!([])), [""; 0]);
+        let reported = |tick: u64, missed: u64, late: u64| json!({ "tick": tick, "missed": missed, "late": late });
+        for (key, value, words) in [
+            ("reported", reported(19_980, 1, 0), "1 missed and 0 late ticks on the serial port"),
+            ("reported", reported(19_980, 0, 2), "0 missed and 2 late ticks on the serial port"),
+            ("reported", reported(19_599, 0, 0), "19599 ticks on the serial port, 19600 to 20000 are expected"),
+            ("reported", reported(20_001, 0, 0), "20001 ticks on the serial port, 19600 to 20000 are expected"),
+            ("reported", Value::Null, "no frame on the serial port since the last reset"),
+            ("resets", json!([{ "cause": "iwdg" }]), "resets:"),
+            ("edges_before_arming", json!(1), "edges_before_arming: 1"),
+        ] {
+            let found = wrong(key, value);
+            assert!(matches!(found.as_slice(), [one] if one.contains(words)), "{words}: {found:?}");
+        }
+    }
 }

@@ -285,12 +285,12 @@ impl Pool {
     }
 }
 
-/// Whether standard output is a pipe that the reader has closed.
+/// Whether standard output is a pipe whose reader has closed it.
 fn is_output_closed() -> Result<bool> {
     let stdout = std::io::stdout();
-    let mut output = [PollFd::new(&stdout, PollFlags::empty())];
+    let mut output = [PollFd::new(&stdout, PollFlags::OUT)];
     poll(&mut output, Some(&Timespec::default())).context("asking for the state of the output")?;
-    Ok(output[0].revents().contains(PollFlags::ERR))
+    Ok(output[0].revents().intersects(PollFlags::ERR | PollFlags::HUP))
 }
 
 const fn on_or_off(outputs: bool) -> &'static str {

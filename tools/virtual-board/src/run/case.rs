@@ -375,8 +375,8 @@ fn first_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// Writes a line at once. Lines of several processes do not mix: each locks the output while it writes. A system that has no locks for a pipe takes
-/// lines of 4,096 bytes whole.
+/// Writes a line at once. Lines of several processes do not mix: each locks the output while it writes. Where a system has no locks for a pipe, long
+/// lines can mix, which the reader of the lines finds.
 pub(super) fn write_line(line: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_vec(line)?;
     text.push(b'\n');
