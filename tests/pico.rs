@@ -14,9 +14,11 @@ use footfall_tests::campaign::faults_file;
 use footfall_tests::pico::{PicoRan, emulator, run};
 use footfall_tests::workspace::root;
 use generator_file::file::GeneratorFile;
+use hgod_adc::Validity;
+use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::tuning::{Action, Outcome, Parameter, Request};
-use joint_loop::{Cause, GeneratorConfig, JointSensor, JointSensors, RecordName, SupervisorState};
+use joint_loop::{Cause, GeneratorConfig, JointSensor, JointSensors, RecordName, RobotConfig, SupervisorState};
 use joint_units::Joint;
 use serde_json::{Value, json};
 use test_suite::{report, tests};
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
         the_emergency_stop_cuts_supply_and_pulses(PicoImage),
         a_hang_is_reset_by_the_watchdog(PicoImage),
         a_follower_is_refused(PicoImage),
+        three_sensors_are_on_time_and_each_has_its_angle(PicoImage),
         a_fourth_sensor_is_refused(PicoImage),
         the_serial_port_begins_with_the_boot_and_has_the_setpoints_of_the_host(PicoImage),
         a_request_over_usb_changes_the_speed(PicoImage),
@@ -250,6 +253,39 @@ fn a_follower_is_refused() {
     let (subject, reason) = refusal(&run(&scenario(0.3), &[(GENERATOR_SECTOR, record.bytes())]));
     assert_eq!(subject, Subject::GeneratorRecord);
     assert!(reason.contains("follower") && reason.contains("phase-coupled, shape, spline"), "{reason}");
+}
+
+fn three_sensors_are_on_time_and_each_has_its_angle() {
+    let joints = [Joint::LeftHip, Joint::RightHip, Joint::RightKnee];
+    let sensors = joints.map(|joint| JointSensor::uncalibrated(joint).expect("the default"));
+    let sensors = JointSensors::build(sensors).expect("three");
+    let record = sensor_record::record_of(&sensors, &RecordName::BUILT_IN);
+    let mut scenario = scenario(6.0);
+    scenario["volts"] = json!([
+        {"mean": 1.5, "swing": 0.3, "hz": 1.0}, {"mean": 1.2, "swing": 0.2, "hz": 0.7}, {"mean": 1.8, "swing": 0.25, "hz": 1.3},
+    ]);
+    let ran = run(&scenario, &[(SENSORS_SECTOR, record.bytes())]);
+    let boot = &ran.boots[0];
+    let parameters = Parameters::with_defaults(None, Some(sensors), RobotConfig::default_biped()).expect("allowed");
+    let host = boot.watch_as(&parameters, |joints| joints.frame());
+    for frame in &boot.ticks {
+        assert_eq!(frame, &wire::Frame::from(&host[frame.tick as usize - 1]), "tick {}", frame.tick);
+    }
+    let last = boot.ticks.last().expect("frames");
+    assert_eq!((last.state, last.missed, last.late), (SupervisorState::Walking, 0, 0));
+    // Volts of each sensor alone: the angles that its own wave leads to, and a fourth that is not there.
+    let spread = |channel: usize| {
+        let angles = boot.ticks.iter().skip(100).filter_map(|frame| Some(frame.sensors[channel]?.angle_deg()));
+        angles.fold((f32::MAX, f32::MIN), |(least, most), angle| (least.min(angle), most.max(angle)))
+    };
+    let spreads = [0, 1, 2].map(spread);
+    let longest = boot.costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
+    report!("three sensors: longest tick {longest} cycles; angles {spreads:.1?}");
+    assert!(last.sensors[..3].iter().all(|reading| reading.is_some_and(|one| one.validity == Validity::Good)));
+    assert!(last.sensors[3].is_none());
+    let means = spreads.map(|(least, most)| (least + most) / 2.0);
+    assert!((means[0] - means[1]).abs() > 5.0 && (means[0] - means[2]).abs() > 5.0, "{means:?}");
+    assert!((20_000..MOST_CYCLES).contains(&longest), "{longest} cycles");
 }
 
 fn a_fourth_sensor_is_refused() {
