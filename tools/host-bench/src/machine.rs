@@ -1,8 +1,17 @@
-//! Describes the machine: its processor, its cores, what the search's vectors are, and how busy it was.
+//! Describes the machine: its processor, its cores, what the search's vectors are, how busy it was, and the commit of what ran.
+
+use std::process::Command;
 
 use serde_json::{Value, json};
 
-/// Processor, cores, vectors and load.
+/// The commit, with `-dirty` behind it if files were changed; `None` outside of a repository.
+fn commit() -> Option<String> {
+    let git = Command::new("git").args(["describe", "--always", "--dirty", "--exclude", "*"]).output().ok()?;
+    let text = String::from_utf8(git.stdout).ok()?;
+    Some(text.trim().to_owned()).filter(|text| git.status.success() && !text.is_empty())
+}
+
+/// Processor, cores, vectors, load and commit.
 pub(crate) fn describe() -> Value {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
@@ -21,5 +30,6 @@ pub(crate) fn describe() -> Value {
         "lanes": crate::search::lanes(),
         "load": load,
         "system": std::env::consts::OS,
+        "commit": commit(),
     })
 }
