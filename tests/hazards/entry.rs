@@ -30,7 +30,7 @@ pub(crate) struct Hazard {
     pub(crate) reaction: Option<String>,
     /// Longest time from the fault to the start of the reaction, ms.
     pub(crate) limit_ms: Option<f64>,
-    /// The longest of these times that its tests measured, ms.
+    /// The longest of these times that tests or the campaign measured, rounded up, ms.
     pub(crate) longest_ms: Option<f64>,
     pub(crate) status: Status,
     /// Where a test has shown detection and reaction.

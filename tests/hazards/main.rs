@@ -52,9 +52,10 @@ fn the_readme_has_the_counts_and_times_of_the_file() {
     compare("README.md", &format!("{before}{begin}\n\n{counts}\n{times}\n{end}{after}"));
 }
 
-/// A longest time that no test compares with what it measures could be anything. What runs on the host alone counts its ticks exactly.
+/// A longest time that no test compares with what it measures could be anything. By the text of the file, not of the function; what runs on the host
+/// alone counts its ticks exactly.
 #[test]
-fn each_longest_time_is_compared_by_a_test_of_its_list() {
+fn each_longest_time_is_named_in_a_file_of_its_tests_that_compares_times() {
     let hazards = Hazards::of_repository();
     let timed = hazards.list.iter().filter(|hazard| hazard.longest_ms.is_some());
     let missing = timed.filter(|hazard| hazard.shown != [Place::Host]).filter(|hazard| {

@@ -3,7 +3,7 @@
 //! The tests run in two passes, because each mutant is compiled: the short ones of the library first, and all
 //! tests for what is left.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
@@ -43,7 +43,7 @@ pub(crate) struct Options {
     /// One part of the mutants: part K of N, from 0/N on
     #[arg(long, value_name = "K/N", value_parser = shard)]
     shard: Option<String>,
-    /// Leave out what earlier runs have noticed
+    /// Leave out what the first pass of earlier runs has noticed
     #[arg(long)]
     iterate: bool,
     /// Mutants that are compiled and tested at a time
@@ -152,12 +152,14 @@ impl Outcomes {
         let value: Value = serde_json::from_str(text)?;
         // The second pass is about these; fields that it deletes elsewhere belong to the first.
         let before = std::mem::take(&mut self.missed);
+        let mut seen = BTreeSet::new();
         for outcome in value["outcomes"].as_array().context("no outcomes")? {
             let mutant = &outcome["scenario"]["Mutant"];
             let (Some(file), Some(name)) = (mutant["file"].as_str(), mutant["name"].as_str()) else { continue };
             if !before.is_empty() && !before.iter().any(|(_, missed)| missed == name) {
                 continue;
             }
+            seen.insert(name.to_owned());
             let counts = self.files.entry(file.to_owned()).or_default();
             match outcome["summary"].as_str() {
                 Some("CaughtMutant") => counts.caught += 1,
@@ -167,6 +169,8 @@ impl Outcomes {
                 other => bail!("the summary {other:?} of {name}"),
             }
         }
+        // One that the second pass did not run has survived.
+        self.missed.extend(before.into_iter().filter(|(_, name)| !seen.contains(name)));
         Ok(())
     }
 }
