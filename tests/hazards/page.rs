@@ -39,8 +39,8 @@ const READING: &str = "\
 const BENCH: &str = "\
 ## Bench procedures
 
-For a board in the hand, after the list [Before the first arming](first-walk.md#before-the-first-arming). None of them has been carried out yet: one that
-does not work as written is a finding too.
+For a board in the hand, after the list [Before the first arming](first-walk.md#before-the-first-arming). A procedure to which the table has a link
+has not been carried out yet: one that does not work as written is a finding too.
 ";
 
 /// The whole page.
@@ -90,9 +90,10 @@ pub(crate) fn times(hazards: &Hazards) -> String {
     for hazard in hazards.list.iter().filter(|hazard| hazard.limit_ms.is_some()) {
         let [limit, longest] = [hazard.limit_ms, hazard.longest_ms].map(milliseconds);
         let (status, places) = (hazard.status.name(), places(hazard));
+        let hardware = if hazard.shown.contains(&Place::Bench) { "shown" } else { "not measured" };
         _ = writeln!(
             table,
-            "| **{}** {}: {} | {status} | {limit} | {longest} | {places} | not measured |",
+            "| **{}** {}: {} | {status} | {limit} | {longest} | {places} | {hardware} |",
             hazard.id, hazard.cause, hazard.effect
         );
     }

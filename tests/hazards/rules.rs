@@ -92,8 +92,8 @@ fn entry(hazard: &Hazard) -> Vec<String> {
         found.push("`limit_ms` is not above 0".to_owned());
     }
     match (hazard.limit_ms, hazard.longest_ms) {
-        (Some(limit), Some(latest)) if !(0.0..=limit).contains(&latest) => {
-            found.push(format!("`longest_ms` is {latest}; allowed are 0 to `limit_ms`, {limit}"));
+        (Some(limit), Some(longest)) if !(0.0..=limit).contains(&longest) => {
+            found.push(format!("`longest_ms` is {longest}; allowed are 0 to `limit_ms`, {limit}"));
         }
         (Some(_), None) => {
             found.push("it has `limit_ms` and needs `longest_ms`, the longest that was measured".to_owned())

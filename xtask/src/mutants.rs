@@ -1,7 +1,6 @@
 //! `cargo xtask mutants`: cargo-mutants changes the code of gate, supervision and flash records in each place; the tests of `joint-loop` must notice.
 //!
-//! The tests run in two passes, because each mutant is compiled: the short ones of the library first, and all
-//! tests for what is left.
+//! The tests run in two passes, because each mutant is compiled: the short ones of the library first, and all tests for what is left.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;

@@ -74,8 +74,7 @@ pub(crate) fn page(result: &Value) -> Result<String> {
             );
         }
         text += "\nAfter each of these runs a package of Python reads the same file. Its time is without the start of Python, and is divided by that of the run here just\n\
-                 before. The packages give tables of numbers, or messages; here joints, signs and gaps are looked at besides, and each\n\
-                 number is the nearest one. The usual converter of pandas is faster, and its last bits can differ.\n\n\
+                 before. The packages give tables of numbers, or messages; here joints, signs and gaps are looked at besides.\n\n\
                  | format | package | MB/s by the clock | its time / here |\n|---|---|---|---|\n";
         for format in formats {
             let size = format["sizes"].as_array().and_then(|sizes| sizes.last()).context("a format without sizes")?;

@@ -108,7 +108,7 @@ pub(crate) struct Ran {
     pub(crate) violations: u64,
     /// Over every pulse at the pins.
     pub(crate) pulse_hash: String,
-    /// Those of the newest frame on the serial port, which is sent whatever is done with the log.
+    /// Those of the newest frame on the serial port, which does not depend on the log.
     pub(crate) ticks: Ticks,
     pub(crate) logged: Option<Logged>,
     /// Seconds of the processor; `None` where the system does not say.
