@@ -110,11 +110,16 @@ fn peripherals(text: &str) -> BTreeSet<&str> {
         .collect()
 }
 
+/// A file of the program for the STM32F4, or one that it shares with other families.
+fn is_of_the_family(path: &str) -> bool {
+    path.starts_with("firmware/src/") || path.starts_with("firmware-shared/")
+}
+
 /// The table of the firmware's `main.rs` names each peripheral once, with the one module that uses it.
 #[test]
 fn each_peripheral_belongs_to_one_module() {
     let mut used = BTreeSet::new();
-    for path in files_ending(&[".rs"]).filter(|path| path.starts_with("firmware/src/")) {
+    for path in files_ending(&[".rs"]).filter(|path| is_of_the_family(path)) {
         let module = Path::new(path).file_stem().and_then(|stem| stem.to_str()).expect("a name");
         let text = read(path);
         let own = peripherals(&text).into_iter().filter(|name| !SHARED.contains(name));
@@ -137,7 +142,7 @@ const FLASH_ACCESS: [&str; 3] = ["FLASH.acr().read(", "FLASH.acr().modify(", "FL
 fn the_firmware_writes_no_flash() {
     let mut allowed = 0;
     let mut other = Vec::new();
-    for path in files_ending(&[".rs"]).filter(|path| path.starts_with("firmware/src/")) {
+    for path in files_ending(&[".rs"]).filter(|path| is_of_the_family(path)) {
         let text = read(path);
         let takes_it = peripherals(&text).contains("FLASH");
         for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//")) {

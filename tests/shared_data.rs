@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 
 use footfall_tests::workspace::{assert_none, files_ending, read};
 
-/// Crates that run on a board.
-const FIRMWARE: [&str; 2] = ["firmware/src/", "firmware-rp2040/src/"];
+/// Code that runs on a board.
+const FIRMWARE: [&str; 3] = ["firmware/src/", "firmware-rp2040/src/", "firmware-shared/"];
 
 /// Types of which no reader sees half a value, by their beginning.
 const WHOLE: [&str; 15] = [
@@ -38,7 +38,7 @@ const WHOLE: [&str; 15] = [
 
 /// Types with a cell of their own: file, type, and why no half value is used.
 const CELLS: [(&str, &str, &str); 4] = [
-    ("firmware/src/kept.rs", "Kept", "a record that was cut in two fails its check sum"),
+    ("firmware-shared/kept.rs", "Kept", "a record that was cut in two fails its check sum"),
     (
         "firmware/src/sampling.rs",
         "Blocks",
@@ -126,7 +126,7 @@ fn each_counter_of_progress_has_one_writer() {
             .into_iter()
             .flat_map(|task| {
                 let calls =
-                    read(format!("firmware/src/tasks/{task}.rs")).matches(&format!("{counter}.count()")).count();
+                    read(format!("firmware-shared/tasks/{task}.rs")).matches(&format!("{counter}.count()")).count();
                 std::iter::repeat_n(task, calls)
             })
             .collect();
@@ -137,8 +137,8 @@ fn each_counter_of_progress_has_one_writer() {
 /// The two ends of each queue go to one task each: those of the ticks into `Control`, the others to telemetry and the serial port.
 #[test]
 fn each_queue_has_one_writer_and_one_reader() {
-    let control = read("firmware/src/tasks/control.rs");
-    let (telemetry, serial) = (read("firmware/src/tasks/telemetry.rs"), read("firmware/src/serial.rs"));
+    let control = read("firmware-shared/tasks/control.rs");
+    let (telemetry, serial) = (read("firmware-shared/tasks/telemetry.rs"), read("firmware/src/serial.rs"));
     let ends = |text: &str, end: &str| -> BTreeSet<String> {
         // Fields of a struct; not the argument of a function.
         let fields = code(text).filter(|line| line.contains(&format!(": {end}<'static,")) && !line.contains("fn "));

@@ -1,6 +1,6 @@
 //! The RP2040 firmware: boots with its outputs off, then steps the joint loop once a millisecond.
 //!
-//! The tasks, the log, the queues and the reading of the records are files of `firmware`, the STM32F4 family, compiled here once more. This
+//! The tasks, the log, the queues and the reading of the records are files of `firmware-shared`, which each family compiles in its program. This
 //! crate has what those files ask of a chip, by the same names. Each peripheral is used by one module, all but the USB by their registers:
 //!
 //! | peripherals | module |
@@ -37,18 +37,18 @@ mod faults;
 #[cfg(target_os = "none")]
 mod float;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/kept.rs"]
+#[path = "../../firmware-shared/kept.rs"]
 mod kept;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/kept_outputs.rs"]
+#[path = "../../firmware-shared/kept_outputs.rs"]
 mod kept_outputs;
 #[cfg(target_os = "none")]
 mod lamps;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/log.rs"]
+#[path = "../../firmware-shared/log.rs"]
 mod log;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/parameters.rs"]
+#[path = "../../firmware-shared/parameters.rs"]
 mod parameters;
 #[cfg(target_os = "none")]
 mod pins;
@@ -57,7 +57,7 @@ mod program;
 #[cfg(target_os = "none")]
 mod protections;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/queue.rs"]
+#[path = "../../firmware-shared/queue.rs"]
 mod queue;
 #[cfg(target_os = "none")]
 mod sampling;
@@ -68,22 +68,22 @@ mod servo_pwm;
 #[cfg(target_os = "none")]
 mod servo_rail;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/stack.rs"]
+#[path = "../../firmware-shared/stack.rs"]
 mod stack;
 #[cfg(target_os = "none")]
 mod stopwatch;
 #[cfg(target_os = "none")]
 mod sync_input;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/tasks/mod.rs"]
+#[path = "../../firmware-shared/tasks/mod.rs"]
 mod tasks;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/variant.rs"]
+#[path = "../../firmware-shared/variant.rs"]
 mod variant;
 #[cfg(target_os = "none")]
 mod watchdog;
 #[cfg(target_os = "none")]
-#[path = "../../firmware/src/watchdog_clock.rs"]
+#[path = "../../firmware-shared/watchdog_clock.rs"]
 mod watchdog_clock;
 
 #[cfg(not(target_os = "none"))]

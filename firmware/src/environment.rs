@@ -2,38 +2,30 @@
 //!
 //! The control task adds once a tick, telemetry reads once a second. Half a code of a mean is 0.16 degrees, or 1 mV of the supply.
 
-use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::blocking_mutex::raw::{CriticalSectionRawMutex, RawMutex};
 use firmware::board::BOARD;
 use hgod_adc::stm32f4::DieTemperature;
 use hgod_adc::{Reference, ReferenceConfig, SupplyFault};
 use joint_units::AdcCode;
 
 /// Sums of codes, and their number.
-#[derive(Clone, Copy)]
 struct Sums {
-    reference: u32,
-    temperature: u32,
-    count: u32,
+    reference: AtomicU32,
+    temperature: AtomicU32,
+    count: AtomicU32,
 }
 
-const NOTHING: Sums = Sums { reference: 0, temperature: 0, count: 0 };
+static SUMS: Sums = Sums { reference: AtomicU32::new(0), temperature: AtomicU32::new(0), count: AtomicU32::new(0) };
 
-static SUMS: Mutex<CriticalSectionRawMutex, Cell<Sums>> = Mutex::new(Cell::new(NOTHING));
-
-/// Adds the codes of a tick.
+/// Adds the codes of a tick. Only the tick adds, and a read holds it off: load and store need not be one.
 pub(crate) fn add(reference: AdcCode, temperature: AdcCode) {
-    SUMS.lock(|sums| {
-        let so_far = sums.get();
-        // A sum wraps only after a million ticks without a read.
-        sums.set(Sums {
-            reference: so_far.reference.wrapping_add(reference.0.into()),
-            temperature: so_far.temperature.wrapping_add(temperature.0.into()),
-            count: so_far.count.wrapping_add(1),
-        });
-    });
+    // A sum wraps only after a million ticks without a read.
+    let add = |sum: &AtomicU32, more: u32| sum.store(sum.load(Ordering::Relaxed).wrapping_add(more), Ordering::Relaxed);
+    add(&SUMS.reference, reference.0.into());
+    add(&SUMS.temperature, temperature.0.into());
+    add(&SUMS.count, 1);
 }
 
 /// Converts the codes to degrees and volts.
@@ -51,19 +43,21 @@ impl Environment {
 
     /// The means since the last call, without the other conditions.
     pub(crate) fn take(&self) -> wire::Environment {
-        let sums = SUMS.lock(|sums| sums.replace(NOTHING));
+        // No tick adds between the three.
+        let [references, temperatures, count] = CriticalSectionRawMutex::INIT
+            .lock(|| [&SUMS.reference, &SUMS.temperature, &SUMS.count].map(|sum| sum.swap(0, Ordering::Relaxed)));
         let mean = |sum: u32| {
-            let rounded = sum.saturating_add(sums.count / 2).checked_div(sums.count).unwrap_or(0);
+            let rounded = sum.saturating_add(count / 2).checked_div(count).unwrap_or(0);
             // A mean of 16 bit codes has 16 bits.
             AdcCode(rounded as u16)
         };
-        let supply = self.reference.and_then(|reference| match reference.supply(mean(sums.reference)) {
+        let supply = self.reference.and_then(|reference| match reference.supply(mean(references)) {
             Ok(supply) => Some(supply.volts()),
             // Out of range for a sample, but reported.
             Err(SupplyFault::Low { supply: volts, .. } | SupplyFault::High(volts)) => Some(volts),
             Err(_) => None,
         });
-        let die = self.die.zip(supply).map(|(die, supply)| die.celsius(mean(sums.temperature), supply));
+        let die = self.die.zip(supply).map(|(die, supply)| die.celsius(mean(temperatures), supply));
         wire::Environment {
             die_c: die.map(|die| die.0),
             supply_v: supply.map(|supply| supply.0),

@@ -29,27 +29,36 @@ mod crystal_timer;
 mod debugger;
 mod environment;
 mod faults;
+#[path = "../../firmware-shared/kept.rs"]
 mod kept;
+#[path = "../../firmware-shared/kept_outputs.rs"]
 mod kept_outputs;
 mod lamps;
+#[path = "../../firmware-shared/log.rs"]
 mod log;
+#[path = "../../firmware-shared/parameters.rs"]
 mod parameters;
 mod pins;
 mod program;
+#[path = "../../firmware-shared/queue.rs"]
 mod queue;
 mod sampling;
 mod serial;
 mod servo_pwm;
 mod servo_rail;
+#[path = "../../firmware-shared/stack.rs"]
 mod stack;
 mod stopwatch;
 mod sync_input;
+#[path = "../../firmware-shared/tasks/mod.rs"]
 mod tasks;
+#[path = "../../firmware-shared/variant.rs"]
 mod variant;
 mod watchdog;
+#[path = "../../firmware-shared/watchdog_clock.rs"]
 mod watchdog_clock;
 
-// The tasks, the log and the reading of the records are compiled for the other family too, where these are its own.
+// What all families share names these two by the crate that compiles it, as each family has its own.
 use firmware::{board, pacing as timing};
 
 #[cfg(target_os = "none")]

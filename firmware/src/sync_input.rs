@@ -62,14 +62,16 @@ pub(crate) fn start(priority: Priority) {
 /// Passes the edges since the last call to `each`, oldest first; true if there were more than fit. Called once a tick.
 pub(crate) fn take(each: impl FnMut(Edge)) -> bool {
     // Cleared before the edges are taken: one that comes in between is taken now, and the next tick finds none.
-    if ARRIVED.swap(false, Ordering::Relaxed) {
+    if ARRIVED.load(Ordering::Relaxed) {
         cold_path();
+        ARRIVED.store(false, Ordering::Relaxed);
         let edges = EDGES.lock(Cell::take);
         edges.iter().copied().for_each(each);
     }
-    let flooded = FLOODED.swap(false, Ordering::Relaxed);
+    let flooded = FLOODED.load(Ordering::Relaxed);
     if flooded {
         cold_path();
+        FLOODED.store(false, Ordering::Relaxed);
         EXTI.pr(0).write(|w| w.set_line(LINE, true));
         EXTI.imr(0).modify(|w| w.set_line(LINE, true));
     }

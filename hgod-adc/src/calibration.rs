@@ -252,11 +252,18 @@ impl Calibration {
 
     /// The same, where the point right of the volts is mostly that of the last call: `right` keeps it, and any value may be there at first.
     pub(crate) fn angle_near(&self, volts: Volts, right: &mut usize) -> Result<Radians, OutOfTable> {
-        let near = self.interval(*right).filter(|near| near.left.volts <= volts && volts < near.right.volts);
-        if let Some(near) = near {
+        let holds = |near: &Interval| near.left.volts <= volts && volts < near.right.volts;
+        if let Some(near) = self.interval(*right).filter(holds) {
             return Ok(Radians(near.angle(volts.0)));
         }
         cold_path();
+        // A joint that moves is in a neighbour of it.
+        for next in [right.wrapping_add(1), right.wrapping_sub(1)] {
+            if let Some(near) = self.interval(next).filter(holds) {
+                *right = next;
+                return Ok(Radians(near.angle(volts.0)));
+            }
+        }
         let (first, last) = self.ends();
         inside(volts.0, first.volts.0, last.volts.0)?;
         *right = self.points().partition_point(|point| point.volts <= volts);

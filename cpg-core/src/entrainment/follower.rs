@@ -1,6 +1,7 @@
 //! A generator of four joints whose phase follows the phase of a person, measured by one joint sensor.
 
 use core::f32::consts::TAU;
+use core::hint::cold_path;
 
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 
@@ -15,6 +16,7 @@ use super::stop_detector::{Activity, Innovation};
 use crate::entrainment::phase_lock::{PhaseLock, TEMPLATE_HARMONICS, Template};
 use crate::error::allow_period;
 use crate::math::braking::Braking;
+use crate::math::finite::all_finite;
 use crate::waveform::shape::{Harmonics, Shape};
 use crate::{BuildError, Field, Follow, Generator, StateFault};
 
@@ -212,7 +214,7 @@ impl Follower {
     fn estimate(&mut self) {
         let t = self.period.seconds();
         let sample = self.sensed.take();
-        let (predicted, rates) = self.lock.prediction(PREDICTION_CYCLES);
+        let (predicted, rates) = self.lock.prediction();
         let sample = self.state.plausibility.judge(sample, predicted.0);
         let usual = self.lock.moments().absolute_slope * self.lock.sensor().1 * self.lock.frequency().0;
         self.state.time += t;
@@ -242,7 +244,8 @@ impl Follower {
         };
         let good = if let Plausibility::Good(y) = sample { Some(y) } else { None };
         self.state.events.step(&mut self.lock, good, role);
-        if self.lock.check().is_err() {
+        if !self.lock.is_finite() {
+            cold_path();
             // No sample leads here, as only finite ones are used. Otherwise the search begins again.
             self.lock.reset();
             self.enter(Lock::Stopped);
@@ -476,9 +479,9 @@ impl Follower {
         let rate = driven.rate * (1.0 / TAU);
         let harmonics = Harmonics::<TEMPLATE_HARMONICS>::of(driven.phase);
         let mut points = [T::default(); Joint::COUNT];
-        let joints = Joint::ALL.iter().zip(&self.templates).zip(&self.config.stand).zip(&corrected.joints);
-        for (place, (((joint, template), stand), correction)) in points.iter_mut().zip(joints) {
-            let point = template.at_harmonics(&harmonics);
+        let of_templates = Template::points_at(self.templates.each_ref(), &harmonics);
+        let joints = Joint::ALL.iter().zip(of_templates).zip(&self.config.stand).zip(&corrected.joints);
+        for (place, (((joint, point), stand), correction)) in points.iter_mut().zip(joints) {
             let (drifted, drifts) = if *joint == self.sensor { (drift.value, drift.rate) } else { (0.0, 0.0) };
             let off = point.angle + drifted + correction.value - stand.0;
             let off_rate = point.slope * rate + drifts + correction.rate;
@@ -492,8 +495,6 @@ impl Follower {
 
 /// Time after which a search begins again, s.
 const SEARCH_LIMIT_S: f32 = 5.0;
-/// Tolerance of the phase in the detection of a stop, cycles: a person who is early or late by less is not taken to have stopped.
-const PREDICTION_CYCLES: f32 = 0.04;
 /// Lead of the prediction over a joint that lags, as a fraction of the amplitude, from which on the driven phase waits for the joint.
 const LAG_AMPLITUDE_FRACTION: f32 = 0.35;
 /// Fraction of the usual rate from which on a joint that stood counts as moving.
@@ -568,7 +569,12 @@ impl Generator<4> for Follower {
     }
 
     fn check(&self) -> Result<(), StateFault> {
-        let FollowerState { driven, amplitude, drift, .. } = &self.state;
+        let FollowerState { driven, amplitude, drift, corrected, .. } = &self.state;
+        let own = [driven.rate, amplitude.value, amplitude.rate, drift.value, drift.rate];
+        if all_finite(own) && all_finite(corrected.joints.map(|c| c.value + c.rate)) && self.lock.is_finite() {
+            return Ok(());
+        }
+        cold_path();
         let states = [
             ("driven.rate", driven.rate),
             ("amplitude", amplitude.value),
@@ -579,7 +585,7 @@ impl Generator<4> for Follower {
         if let Some((name, _)) = states.into_iter().find(|(_, value)| !value.is_finite()) {
             return Err(StateFault::NotFinite { state: Field::of(name) });
         }
-        let correction = self.state.corrected.joints.iter().position(|c| !(c.value + c.rate).is_finite());
+        let correction = corrected.joints.iter().position(|c| !(c.value + c.rate).is_finite());
         match correction {
             Some(joint) => Err(StateFault::NotFinite { state: Field::at("correction", joint) }),
             None => self.lock.check(),
@@ -606,6 +612,10 @@ impl Follow for Follower {
 
     fn follow_status(&self) -> Option<FollowStatus> {
         Some(self.status())
+    }
+
+    fn follow_lock(&self) -> Option<Lock> {
+        Some(self.state.lock)
     }
 }
 

@@ -48,14 +48,17 @@
 //! # Ok::<(), cpg_core::BuildError>(())
 //! ```
 
-use core::f32::consts::{PI, TAU};
+use core::f32::consts::TAU;
+use core::hint::cold_path;
 
 use joint_units::order::{greater, lesser};
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::entrainment::quadrature_filter::{MAX_TURN, Sogi, SogiConfig, settled_gain};
 use crate::error::{allow_period, in_range};
-use crate::math::trig::atan2;
+use crate::math::finite::all_finite;
+use crate::math::square_root::sqrt;
+use crate::math::trig::{atan2, sin_cos};
 use crate::waveform::shape::{FourierShape, Harmonics, Shape};
 use crate::{BuildError, Field, StateFault};
 
@@ -142,13 +145,17 @@ impl PhaseLockConfig {
         let fastest = nominal * self.frequency_range.1;
         let max_micros = (MAX_TURN / fastest * 1e6) as u32;
         allow_period(period, max_micros)?;
+        let by = Phase::from_cycles(PREDICTION_CYCLES);
+        let (sin, cos) = sin_cos(Phase::from_cycles(0.5 * self.near_within.0 / TAU));
         Ok(PhaseLock {
             config: *self,
             template,
+            around: [template.ahead(Phase(0) - by), template.ahead(by)],
             filtered: filtered(&template, &self.sogi)?,
             moments,
             period_s: period.seconds(),
             nominal,
+            close: CLEARLY * sin / cos,
             state: LockState::new(template.mean(), nominal, self.fill_s),
         })
     }
@@ -217,15 +224,26 @@ const WIDENING: f32 = 1.0;
 /// Time constant with which the additional bandwidth decays, s.
 const WIDENING_S: f32 = 0.7;
 
+/// Half of the span of phases of [`PhaseLock::prediction`], cycles: in the detection of a stop, a person who is early or late by less is not taken to have
+/// stopped.
+pub const PREDICTION_CYCLES: f32 = 0.04;
+
+/// A tangent that is less by this factor is that of a smaller angle, whatever the rounding.
+const CLEARLY: f32 = 0.999;
+
 /// The phase-locked loop. In each tick call one of [`PhaseLock::step`], [`PhaseLock::settle_filter`] and [`PhaseLock::coast`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLock {
     config: PhaseLockConfig,
     template: Template,
+    /// The template [`PREDICTION_CYCLES`] ago, and that much later.
+    around: [Template; 2],
     filtered: Filtered,
     moments: Moments,
     period_s: f32,
     nominal: f32,
+    /// Tangent of an angle a little below half of [`PhaseLockConfig::near_within`].
+    close: f32,
     state: LockState,
 }
 
@@ -247,14 +265,39 @@ struct LockState {
     small_for: f32,
     /// Additional bandwidth, relative; decays after a search.
     widening: f32,
-    /// rad.
-    far_error: f32,
+    /// The far error, as the direction of a point.
+    far: Direction,
     /// The error r of the last step, rad.
     error: f32,
     /// The innovation e of the last step, rad.
     innovation: f32,
-    /// Amplitude of the filtered signal relative to that of the filtered template; `None` until it is computed for the present phase and signal.
-    relative: Option<f32>,
+    /// `None` until it is computed for the present phase and signal.
+    kept: Option<Kept>,
+}
+
+/// What a step computes and later questions need too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kept {
+    /// Amplitude of the filtered signal relative to that of the filtered template.
+    relative: f32,
+    /// The template's angle at the phase, rad.
+    angle: f32,
+    /// Its slopes, see [`PhaseLock::prediction`], radians per cycle.
+    slopes: [f32; 3],
+}
+
+/// An angle that is computed when it is asked for: that of a point from the axis `along`, anticlockwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Direction {
+    across: f32,
+    along: f32,
+}
+
+impl Direction {
+    /// rad, -pi to pi.
+    fn angle(self) -> f32 {
+        atan2(self.across, self.along)
+    }
 }
 
 impl LockState {
@@ -271,10 +314,10 @@ impl LockState {
             near_for: 0.0,
             small_for: 0.0,
             widening: 0.0,
-            far_error: PI,
+            far: Direction { across: 0.0, along: -1.0 },
             error: 0.0,
             innovation: 0.0,
-            relative: None,
+            kept: None,
         }
     }
 }
@@ -300,23 +343,27 @@ impl PhaseLock {
 
         let harmonics = Harmonics::<TEMPLATE_HARMONICS>::of(self.state.phase);
         let filtered = self.filtered_at(&harmonics);
-        let far = self.compare(filtered);
-        self.state.far_error = far;
+        let direction = self.compare(filtered);
+        self.state.far = direction;
+        // None: less than half of the limit. The angle itself costs a division and a polynomial, and a walk that is followed does not need it.
+        let far = (direction.across.abs() >= self.close * direction.along).then(|| direction.angle());
         let limit = config.near_within.0;
         let relative = self.relative_to(filtered);
-        self.state.relative = Some(relative);
+        let (angle, slopes) = self.around(&harmonics);
+        self.state.kept = Some(Kept { relative, angle, slopes });
         let large_enough = relative > 0.4;
-        self.state.small_for = if far.abs() < 0.5 * limit && large_enough { self.state.small_for + t } else { 0.0 };
-        if self.state.near && (far.abs() > limit || !large_enough) {
+        let close = far.is_none_or(|far| far.abs() < 0.5 * limit);
+        self.state.small_for = if close && large_enough { self.state.small_for + t } else { 0.0 };
+        if self.state.near && (far.is_some_and(|far| far.abs() > limit) || !large_enough) {
             self.state.near = false;
         } else if !self.state.near && self.state.small_for >= config.near_after_s {
             self.state.near = true;
             self.take_over();
         }
 
-        let point = self.template.at_harmonics(&harmonics);
-        let (off, slope) = (point.angle - self.template.mean(), point.slope * (1.0 / TAU));
-        let e = y - (self.state.offset + self.template.mean() + self.state.gain * off);
+        let [_, slope, _] = slopes;
+        let (off, slope) = (angle - self.template.mean(), slope * (1.0 / TAU));
+        let e = y - self.measured(angle);
         self.state.innovation = e;
         let error = if self.state.near {
             let limit = config.largest_error.0;
@@ -328,7 +375,7 @@ impl PhaseLock {
             self.state.gain = lesser(greater(gain, config.gain_range.0), config.gain_range.1);
             lesser(greater(e * self.state.gain * slope / self.moments.square_slope, -limit), limit)
         } else {
-            far
+            far.unwrap_or_else(|| direction.angle())
         };
         self.state.error = error;
         self.set_frequency(self.state.frequency + bandwidth * bandwidth * error * t);
@@ -349,16 +396,14 @@ impl PhaseLock {
         self.advance(0.0);
         self.state.sogi.step(&self.config.sogi, angle.0, self.state.frequency * self.period_s);
         let harmonics = Harmonics::<TEMPLATE_HARMONICS>::of(self.state.phase);
-        self.state.far_error = self.compare(self.filtered_at(&harmonics));
-        let point = self.template.at_harmonics(&harmonics);
-        self.state.innovation = angle.0
-            - (self.state.offset + self.template.mean() + self.state.gain * (point.angle - self.template.mean()));
+        self.state.far = self.compare(self.filtered_at(&harmonics));
+        self.state.innovation = angle.0 - self.measured(self.template.at_harmonics(&harmonics).angle);
     }
 
     /// Sets the estimated phase, for example at a stride event.
     pub const fn set_phase(&mut self, phase: Phase) {
         self.state.phase = phase;
-        self.state.relative = None;
+        self.state.kept = None;
         self.state.error = 0.0;
     }
 
@@ -374,12 +419,12 @@ impl PhaseLock {
         self.state.near_for = 0.0;
         self.state.small_for = 0.0;
         self.state.widening = WIDENING;
-        self.state.relative = None;
+        self.state.kept = None;
         // The far error is the distance to the phase at which the filtered template has the angle of the filtered signal. The response
         // does not rotate uniformly, so a second iteration is needed.
         for _ in 0..3 {
             let far = self.compare(self.filtered_at(&Harmonics::<FILTERED>::of(self.state.phase)));
-            self.state.phase += Phase::from_cycles(far * (1.0 / TAU));
+            self.state.phase += Phase::from_cycles(far.angle() * (1.0 / TAU));
         }
         self.state.error = 0.0;
     }
@@ -431,8 +476,8 @@ impl PhaseLock {
 
     /// The far error of the last step, -pi to pi, in both modes.
     #[must_use]
-    pub const fn far_error(&self) -> Radians {
-        Radians(self.state.far_error)
+    pub fn far_error(&self) -> Radians {
+        Radians(self.state.far.angle())
     }
 
     /// The phase error r that corrected the last step; 0 after a step without correction.
@@ -450,19 +495,39 @@ impl PhaseLock {
     /// The angle predicted at the estimated phase, with the learned offset and gain of the sensor.
     #[must_use]
     pub fn predicted(&self) -> Radians {
-        let (mean, point) = (self.template.mean(), self.template.at(self.state.phase));
-        Radians(self.state.offset + mean + self.state.gain * (point.angle - mean))
+        Radians(self.measured(self.template_around().0))
     }
 
-    /// Prediction for the measured joint: its angle, and its rates (rad/s) at the estimated phase minus `cycles`, at it, and at it plus `cycles`.
+    /// Prediction for the measured joint: its angle, and its rates (rad/s) at the estimated phase minus [`PREDICTION_CYCLES`], at it, and at it plus
+    /// that.
     #[must_use]
-    pub fn prediction(&self, cycles: f32) -> (Radians, [f32; 3]) {
-        let (mean, scale) = (self.template.mean(), self.state.gain * self.state.frequency * (1.0 / TAU));
-        let by = Phase::from_cycles(cycles);
-        let phases = [self.state.phase - by, self.state.phase, self.state.phase + by];
-        let [before, point, after] = phases.map(|phase| self.template.at(phase));
-        let angle = self.state.offset + mean + self.state.gain * (point.angle - mean);
-        (Radians(angle), [before, point, after].map(|point| scale * point.slope))
+    pub fn prediction(&self) -> (Radians, [f32; 3]) {
+        let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
+        let (angle, slopes) = self.template_around();
+        (Radians(self.measured(angle)), slopes.map(|slope| scale * slope))
+    }
+
+    /// What the sensor measures at an angle of the template, rad.
+    fn measured(&self, angle: f32) -> f32 {
+        let mean = self.template.mean();
+        self.state.offset + mean + self.state.gain * (angle - mean)
+    }
+
+    /// The template's angle at the estimated phase, and its slopes a little before, at it, and a little after.
+    fn template_around(&self) -> (f32, [f32; 3]) {
+        match self.state.kept {
+            Some(Kept { angle, slopes, .. }) => (angle, slopes),
+            None => self.around(&Harmonics::of(self.state.phase)),
+        }
+    }
+
+    /// The same at the phase of these harmonics.
+    #[inline(always)]
+    fn around(&self, harmonics: &Harmonics<TEMPLATE_HARMONICS>) -> (f32, [f32; 3]) {
+        let [early, late] = &self.around;
+        let points = Template::points_at([early, &self.template, late], harmonics);
+        let [_, now, _] = points;
+        (now.angle, points.map(|point| point.slope))
     }
 
     /// Learned offset and gain of the sensor: measured = offset + mean + gain (template - mean).
@@ -475,7 +540,7 @@ impl PhaseLock {
     #[must_use]
     pub fn relative_amplitude(&self) -> f32 {
         let compute = || self.relative_to(self.filtered_at(&Harmonics::<FILTERED>::of(self.state.phase)));
-        self.state.relative.unwrap_or_else(compute)
+        self.state.kept.map_or_else(compute, |kept| kept.relative)
     }
 
     /// Means of the template.
@@ -488,6 +553,10 @@ impl PhaseLock {
     /// # Errors
     /// [`StateFault::NotFinite`] with the first state that is not.
     pub fn check(&self) -> Result<(), StateFault> {
+        if self.is_finite() {
+            return Ok(());
+        }
+        cold_path();
         let LockState { sogi, frequency, offset, gain, innovation, .. } = &self.state;
         if !sogi.is_finite() {
             return Err(StateFault::NotFinite { state: Field::of("lock.filter") });
@@ -502,6 +571,13 @@ impl PhaseLock {
             Some((name, _)) => Err(StateFault::NotFinite { state: Field::of(name) }),
             None => Ok(()),
         }
+    }
+
+    /// Whether every state is finite.
+    #[inline]
+    pub(crate) fn is_finite(&self) -> bool {
+        let LockState { sogi, frequency, offset, gain, innovation, .. } = &self.state;
+        sogi.is_finite() && all_finite([*frequency, *offset, *gain, *innovation])
     }
 
     /// Starts the filter at the more likely level: the template's mean, or the sample if it is far from the mean.
@@ -521,7 +597,7 @@ impl PhaseLock {
 
     /// Advances the phase by one period at the frequency plus a correction in rad/s.
     fn advance(&mut self, correction: f32) {
-        self.state.relative = None;
+        self.state.kept = None;
         let rate = lesser(greater(self.state.frequency + correction, -self.nominal), 4.0 * self.nominal);
         self.state.phase += Phase::from_cycles(rate * self.period_s * (1.0 / TAU));
     }
@@ -540,14 +616,14 @@ impl PhaseLock {
 
     /// Amplitude of the filtered signal relative to that of the filtered template, x and q.
     fn relative_to(&self, [x, q]: [f32; 2]) -> f32 {
-        let expected = greater(libm::sqrtf(x * x + q * q), 0.25 * self.moments.fundamental);
+        let expected = greater(sqrt(x * x + q * q), 0.25 * self.moments.fundamental);
         self.state.sogi.amplitude() / expected
     }
 
     /// The far error at the filtered template, x and q.
-    fn compare(&self, [x, q]: [f32; 2]) -> f32 {
+    fn compare(&self, [x, q]: [f32; 2]) -> Direction {
         let Sogi { fundamental, quadrature, .. } = self.state.sogi;
-        atan2(quadrature * x - fundamental * q, fundamental * x + quadrature * q)
+        Direction { across: quadrature * x - fundamental * q, along: fundamental * x + quadrature * q }
     }
 }
 
@@ -557,7 +633,7 @@ mod tests {
 
     /// What the lock keeps of its last step is what it would compute, whatever is called between.
     #[test]
-    fn the_kept_amplitude_is_that_of_the_state() {
+    fn what_is_kept_is_that_of_the_state() {
         let mut lock = PhaseLockConfig::default().build(hip(), Period::MILLISECOND).expect("in range");
         let mut kept = 0;
         for tick in 0..30_000_u32 {
@@ -571,9 +647,10 @@ mod tests {
                 5 if tick > 20_000 => lock.reset(),
                 _ => lock.step(angle),
             }
-            kept += u32::from(lock.state.relative.is_some());
+            kept += u32::from(lock.state.kept.is_some());
             let computed = lock.relative_to(lock.filtered_at(&Harmonics::<FILTERED>::of(lock.state.phase)));
             assert_eq!(lock.relative_amplitude().to_bits(), computed.to_bits(), "tick {tick}");
+            assert_eq!(lock.template_around(), lock.around(&Harmonics::of(lock.state.phase)), "tick {tick}");
         }
         assert!(kept > 20_000, "{kept}");
     }

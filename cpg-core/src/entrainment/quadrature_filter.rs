@@ -21,6 +21,8 @@
 use crate::BuildError;
 use crate::Field;
 use crate::error::in_range;
+use crate::math::finite::all_finite;
+use crate::math::square_root::sqrt;
 
 /// Gains of the filter. Its state is a [`Sogi`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,13 +117,13 @@ impl Sogi {
     /// Amplitude of the fundamental, sqrt(x^2 + q^2), in the unit of the signal.
     #[must_use]
     pub fn amplitude(&self) -> f32 {
-        libm::sqrtf(self.fundamental * self.fundamental + self.quadrature * self.quadrature)
+        sqrt(self.fundamental * self.fundamental + self.quadrature * self.quadrature)
     }
 
     /// Whether every state is finite.
     #[must_use]
-    pub const fn is_finite(&self) -> bool {
-        self.fundamental.is_finite() && self.quadrature.is_finite() && self.mean.is_finite() && self.rest.is_finite()
+    pub fn is_finite(&self) -> bool {
+        all_finite([self.fundamental, self.quadrature, self.mean, self.rest])
     }
 }
 

@@ -97,7 +97,7 @@ impl Scalar for f32 {
     }
 
     fn sqrt(self) -> Self {
-        libm::sqrtf(self)
+        crate::math::square_root::sqrt(self)
     }
 
     fn sin_cos(phase: Phase) -> (Self, Self) {

@@ -7,6 +7,7 @@
 //! [`Generator::check`] finds it.
 
 use core::array;
+use core::hint::cold_path;
 use core::marker::PhantomData;
 
 use joint_units::{Phase, RadPerSec, Radians};
@@ -168,7 +169,15 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Oscillators
 impl<const N: usize, T: Scalar> Pair<N, T> {
     #[inline]
     fn is_within(&self, limit: &Self) -> bool {
-        let within = |values: &[T; N], limits: &[T; N]| values.iter().zip(limits).all(|(x, limit)| x.is_within(*limit));
+        let within = |values: &[T; N], limits: &[T; N]| {
+            for (value, limit) in values.iter().zip(limits) {
+                if !value.is_within(*limit) {
+                    cold_path();
+                    return false;
+                }
+            }
+            true
+        };
         within(&self.x, &limit.x) && within(&self.v, &limit.v)
     }
 

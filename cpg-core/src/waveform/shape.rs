@@ -113,15 +113,38 @@ impl<const H: usize> FourierShape<H> {
     #[inline(always)]
     #[must_use]
     pub fn at_harmonics<const K: usize>(&self, harmonics: &Harmonics<K>) -> ShapePoint {
+        let [point] = Self::points_at([self], harmonics);
+        point
+    }
+
+    /// The same of several series at one phase: each harmonic is loaded once.
+    #[inline(always)]
+    #[must_use]
+    pub fn points_at<const N: usize, const K: usize>(series: [&Self; N], harmonics: &Harmonics<K>) -> [ShapePoint; N] {
         const { assert!(K >= H, "a harmonic for each coefficient") };
-        let mut point = ShapePoint { angle: self.mean, slope: 0.0 };
+        let mut points = series.map(|one| ShapePoint { angle: one.mean, slope: 0.0 });
         let mut order = core::f32::consts::TAU;
-        for ((&a, &b), &(s, c)) in self.cos.iter().zip(&self.sin).zip(&harmonics.0) {
-            point.angle += a * c + b * s;
-            point.slope += order * (b * c - a * s);
+        for (k, &(s, c)) in harmonics.0.iter().take(H).enumerate() {
+            for (point, one) in points.iter_mut().zip(series) {
+                if let (Some(a), Some(b)) = (one.cos.get(k), one.sin.get(k)) {
+                    point.angle += a * c + b * s;
+                    point.slope += order * (b * c - a * s);
+                }
+            }
             order += core::f32::consts::TAU;
         }
-        point
+        points
+    }
+
+    /// The series that is ahead of this one: its value at a phase is that of this one at the phase plus `by`, but for rounding.
+    #[must_use]
+    pub fn ahead(&self, by: Phase) -> Self {
+        let mut ahead = *self;
+        let turns = Harmonics::<H>::of(by).0;
+        for ((a, b), (s, c)) in ahead.cos.iter_mut().zip(&mut ahead.sin).zip(turns) {
+            (*a, *b) = (*a * c + *b * s, *b * c - *a * s);
+        }
+        ahead
     }
 }
 

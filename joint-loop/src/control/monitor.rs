@@ -31,6 +31,8 @@
 //! [`crate::control::fault_table`] lists validities, times and reactions, [`crate::control::supply`] and [`crate::control::timeliness`] have the
 //! conditions of supply and ticks.
 
+use core::hint::cold_path;
+
 use crate::control::burst::Burst;
 use crate::control::stop_test::{StopTest, StopTestState};
 use crate::control::supervisor::{Cause, Demand};
@@ -209,13 +211,14 @@ pub struct MonitorState {
 impl Monitor {
     /// Updates the counts with one tick and returns the demand on the supervisor.
     pub fn judge(&self, monitor_state: &mut MonitorState, seen: &Observation) -> Demand {
-        if self.is_quiet(monitor_state, seen) {
-            monitor_state.since_worst = monitor_state.since_worst.saturating_add(seen.elapsed);
-            monitor_state.worst = Validity::Good;
-            self.note_person(monitor_state, seen);
-            return Demand::Go;
+        if !self.is_quiet(monitor_state, seen) {
+            cold_path();
+            return self.judge_each(monitor_state, seen);
         }
-        self.judge_each(monitor_state, seen)
+        monitor_state.since_worst = monitor_state.since_worst.saturating_add(seen.elapsed);
+        monitor_state.worst = Validity::Good;
+        self.note_person(monitor_state, seen);
+        Demand::Go
     }
 
     /// Whether no condition holds and nothing is counted, which is nearly always so while the board moves: then no count changes.

@@ -156,7 +156,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             cause: frame.cause,
             measured: frame.measured,
             validity: frame.validity,
-            following: frame.following,
+            // Computed when somebody looks: nothing changes a generator between two ticks.
+            following: self.generator.follow_status(),
             setpoints: frame.setpoints,
             pulses: frame.pulses,
             late: frame.late,
@@ -229,7 +230,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
     pub(crate) fn new(stages: Stages<S>, generator: G, parked: GateState, period: Period) -> Self {
         let park = stages.blend.park();
-        let following = generator.follow_status();
         Self {
             wanted: generator.angles(),
             sound: true,
@@ -258,7 +258,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
                 cause: Cause::None,
                 measured: [Radians(0.0); S],
                 validity: [None; S],
-                following,
+                following: None,
                 setpoints: park,
                 pulses: [PulseMicros(0); Joint::COUNT],
                 late: 0,
@@ -319,7 +319,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Action::Trim { .. } | Action::Jog { .. } => {
                 self.stages.trimmer.take(&mut self.trim, self.status.state, request.action)
             }
-            _ => self.tuner.take(request, self.frame.following.is_some()),
+            _ => self.tuner.take(request, self.generator.follow_lock().is_some()),
         };
         self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
         match request.action {
@@ -370,10 +370,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator_sound: self.sound,
             // On the way to the park pose the joints may meet the envelope, which the generator does not.
             pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
-            person_stands: self
-                .frame
-                .following
-                .is_some_and(|status| matches!(status.state, Lock::Stopped | Lock::Seeking)),
+            person_stands: matches!(self.generator.follow_lock(), Some(Lock::Stopped | Lock::Seeking)),
         }
     }
 
@@ -400,16 +397,20 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // A follower gets good samples only.
         let gait = self.stages.gait_sensor;
         let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
-        let good = good && self.tuner.settings().follow();
-        self.generator.observe(self.frame.measured.get(gait).copied().filter(|_| good));
+        let measured = if good && self.tuner.settings().follow() {
+            self.frame.measured.get(gait).copied()
+        } else {
+            cold_path();
+            None
+        };
+        self.generator.observe(measured);
         if sample.foot && !self.foot {
             cold_path();
             self.generator.heel_strike();
         }
         self.foot = sample.foot;
         self.sound = if self.sound {
-            // Whether it follows never changes; its status does not until it is stepped.
-            let follows = self.frame.following.is_some();
+            let follows = self.generator.follow_lock().is_some();
             self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving())
         } else {
             cold_path();
@@ -499,7 +500,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn record(&mut self, command: Command) {
         let frame = &mut self.frame;
         (frame.state, frame.cause) = (self.status.state, self.status.cause);
-        frame.following = self.generator.follow_status();
         frame.pulses = command.pulses.unwrap_or_default();
         let hash = SetpointHash::resumed(frame.setpoint_hash);
         frame.setpoint_hash = hash.then(frame.tick, frame.state, &frame.setpoints).value();

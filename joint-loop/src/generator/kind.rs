@@ -1,6 +1,6 @@
 //! The trait of one kind of generator: name, build, and codec of its flash record.
 
-use cpg_core::entrainment::FollowStatus;
+use cpg_core::entrainment::{FollowStatus, Lock};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Joint, Period, Radians};
 
@@ -34,6 +34,11 @@ pub(crate) trait BoardKind: Sized {
     fn heel_strike(_built: &mut Self::Built) {}
     /// Tracking status of a follower.
     fn follow_status(_built: &Self::Built) -> Option<FollowStatus> {
+        None
+    }
+
+    /// Its state alone.
+    fn follow_lock(_built: &Self::Built) -> Option<Lock> {
         None
     }
 }

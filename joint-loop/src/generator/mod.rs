@@ -15,7 +15,7 @@ pub mod shape;
 pub mod spline;
 pub mod thesis;
 
-use cpg_core::entrainment::FollowStatus;
+use cpg_core::entrainment::{FollowStatus, Lock};
 use cpg_core::{BuildError, Follow, Generator, PhasePoint, StateFault};
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
@@ -208,6 +208,12 @@ macro_rules! board_generators {
             fn follow_status(&self) -> Option<FollowStatus> {
                 match self {
                     $(Self::$variant(generator) => <$module::Config as BoardKind>::follow_status(generator),)+
+                }
+            }
+
+            fn follow_lock(&self) -> Option<Lock> {
+                match self {
+                    $(Self::$variant(generator) => <$module::Config as BoardKind>::follow_lock(generator),)+
                 }
             }
         }

@@ -4,6 +4,7 @@
 
 use crate::error::{LoopError, inside};
 use crate::setup::robot::{GateConfig, PoseLimit, PoseSense, anatomy};
+use core::hint::cold_path;
 use core::num::NonZeroU32;
 use joint_units::{Joint, Period, Radians};
 
@@ -99,9 +100,16 @@ impl Limits {
     #[inline]
     pub(crate) fn allow(&self, position: i32, last: i32, step: i32) -> bool {
         let is_clear = if step < 0 { position >= self.may_fall } else { position <= self.may_rise };
-        step.unsigned_abs() <= self.rate.unsigned_abs()
-            && (step - last).unsigned_abs() <= self.acceleration.get()
-            && (is_clear || self.can_stop(position, step))
+        if step.unsigned_abs() > self.rate.unsigned_abs() || (step - last).unsigned_abs() > self.acceleration.get() {
+            cold_path();
+            return false;
+        }
+        if !is_clear {
+            // A walk is seldom so near to an end of a range.
+            cold_path();
+            return self.can_stop(position, step);
+        }
+        true
     }
 
     /// Whether the joint can brake before the end of its range after this step, which is within the rate; false also if it then stops at the end itself.

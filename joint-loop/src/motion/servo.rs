@@ -8,6 +8,7 @@
 
 use crate::error::{LoopError, inside};
 use crate::setup::robot::{Direction, JointRange, LONGEST, SHORTEST, ServoConfig};
+use core::hint::cold_path;
 use joint_units::{Joint, PulseMicros, Radians};
 
 impl ServoConfig {
@@ -53,12 +54,12 @@ impl ServoMap {
         // Compares, since `f32::max` and `f32::min` are calls on this processor; first what is nearly always so.
         let kept = if micros >= self.shortest && micros <= self.longest {
             micros
-        } else if !micros.is_finite() {
-            return None;
-        } else if micros < self.shortest {
-            self.shortest
         } else {
-            self.longest
+            cold_path();
+            if !micros.is_finite() {
+                return None;
+            }
+            if micros < self.shortest { self.shortest } else { self.longest }
         };
         // From 500 to 2500. By way of `u32`, which the processor converts to in one instruction.
         Some(PulseMicros((kept + 0.5) as u32 as u16))

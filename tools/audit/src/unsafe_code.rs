@@ -53,7 +53,10 @@ fn words(tokens: TokenStream) -> u64 {
     tokens.into_iter().map(count).sum()
 }
 
-/// The count of each crate of the workspace in this folder, by its name without the folders before it.
+/// Files that several crates compile: a folder without a manifest.
+const SHARED: [&str; 1] = ["firmware-shared"];
+
+/// The count of each crate of the workspace in this folder, by its name without the folders before it; and of each folder of shared files.
 ///
 /// # Errors
 ///
@@ -65,15 +68,24 @@ pub fn by_crate(root: &Path) -> Result<BTreeMap<String, u64>> {
     let members = manifest["workspace"]["members"].as_array().context("the workspace lists no members")?;
     let mut counts = BTreeMap::new();
     for member in members.iter().filter_map(toml::Value::as_str) {
-        let mut count = 0;
         // A crate inside of another one's folder is not in its `src`.
-        for file in files(&root.join(member).join("src"))? {
-            let text = std::fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
-            count += in_text(&text).with_context(|| format!("in {}", file.display()))?;
-        }
+        let count = in_files(&root.join(member).join("src"))?;
         counts.insert(member.rsplit('/').next().unwrap_or(member).to_owned(), count);
     }
+    for folder in SHARED {
+        counts.insert(folder.to_owned(), in_files(&root.join(folder))?);
+    }
     Ok(counts)
+}
+
+/// The count of all Rust files in a folder and those below it.
+fn in_files(folder: &Path) -> Result<u64> {
+    let mut count = 0;
+    for file in files(folder)? {
+        let text = std::fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
+        count += in_text(&text).with_context(|| format!("in {}", file.display()))?;
+    }
+    Ok(count)
 }
 
 /// The Rust files in a folder and those below it; none where there is no such folder.
@@ -113,6 +125,6 @@ mod tests {
         for core in ["joint-units", "hgod-adc", "cpg-core", "joint-loop", "wire", "audit"] {
             assert_eq!(counts[core], 0, "{core}");
         }
-        assert!(counts["firmware"] > 10, "{counts:?}");
+        assert!(counts["firmware"] > 10 && counts["firmware-shared"] > 0, "{counts:?}");
     }
 }

@@ -14,7 +14,11 @@ const NO_QUEUE: usize = usize::MAX;
 /// Puts an item at the end; false if there was no place for it. A closure makes the item, so that nothing is copied where there is no place.
 #[inline(always)]
 pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: impl FnOnce() -> T) -> bool {
-    queue.capacity() != NO_QUEUE && queue.ready() && queue.enqueue(item()).is_ok()
+    if queue.capacity() == NO_QUEUE || !queue.ready() {
+        cold_path();
+        return false;
+    }
+    queue.enqueue(item()).is_ok()
 }
 
 /// Takes the oldest item.

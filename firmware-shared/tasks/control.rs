@@ -136,8 +136,9 @@ pub(crate) fn begin(control: &'static mut Control) {
 pub(crate) fn on_interrupt() {
     // SAFETY: `begin` was given the only reference there will ever be, and nothing but this handler uses it, which does not interrupt itself.
     let control = unsafe { STATE.load(Ordering::Acquire).as_mut() };
-    if let (Some(control), Some(set)) = (control, sampling::take_newest()) {
-        let measured = sensor_step(&mut control.last_sequence, &set);
+    if let Some(control) = control
+        && let Some(measured) = sensor_step(&mut control.last_sequence)
+    {
         control_step(control, &measured);
     }
 }
@@ -222,8 +223,16 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     CONTROL.count();
     control.ended_late = since(stopwatch::now_us(), measured.triggered_us) > LATE_END_US;
     let cycles = stopwatch::cycles().wrapping_sub(started);
-    LONGEST_CYCLES.fetch_max(cycles, Ordering::Relaxed);
-    LATEST_START_US.fetch_max(start_us, Ordering::Relaxed);
+    raise(&LONGEST_CYCLES, cycles);
+    raise(&LATEST_START_US, start_us);
+}
+
+/// Raises a number that nothing else raises: load and store need not be one, as telemetry, which takes the number, does not interrupt a tick.
+fn raise(most: &AtomicU32, now: u32) {
+    if now > most.load(Ordering::Relaxed) {
+        cold_path();
+        most.store(now, Ordering::Relaxed);
+    }
 }
 
 impl Control {

@@ -10,7 +10,7 @@ use joint_units::AdcCode;
 use super::progress::SENSOR;
 use crate::environment;
 use crate::pins::PinRegisters;
-use crate::sampling::SampleSet;
+use crate::sampling;
 use crate::stopwatch;
 
 /// Inputs of one control period.
@@ -27,9 +27,10 @@ pub(crate) struct Measurement {
     pub(crate) faults: BoardFaults,
 }
 
-/// Turns one sample set into a measurement.
+/// Turns the newest sample set into a measurement; `None` if there is no new one.
 #[inline(never)]
-pub(super) fn sensor_step(last_sequence: &mut Option<u32>, set: &SampleSet) -> Measurement {
+pub(super) fn sensor_step(last_sequence: &mut Option<u32>) -> Option<Measurement> {
+    let set = sampling::take_newest()?;
     // A set that was overwritten before it was read is a lost conversion. The time stamps count the missed ticks.
     let in_order = match last_sequence {
         Some(last) => set.sequence == last.wrapping_add(1),
@@ -50,12 +51,12 @@ pub(super) fn sensor_step(last_sequence: &mut Option<u32>, set: &SampleSet) -> M
     };
     environment::add(set.vrefint, set.temperature);
     SENSOR.count();
-    Measurement {
+    Some(Measurement {
         sensors: set.sensors,
         vrefint: set.vrefint,
         button: BOARD.button.is_high() == BOARD.button_pressed,
         foot: BOARD.foot_switch.is_high(),
         triggered_us: set.triggered_us,
         faults,
-    }
+    })
 }
