@@ -3,7 +3,9 @@
 //!
 //! Both begin in the same state. It prints a line for each, `name steps equal difference`: steps, how many of them C without contraction computes bit
 //! for bit as Rust, and the largest difference of C with contraction, in parts of 10^9 of the displacement's amplitude; of the gate, how many steps of
-//! that are not equal, as it has hardly any arithmetic of the FPU. `cargo xtask bench board` counts what each step costs. Without a C compiler (`arm-none-eabi-gcc`) it prints nothing.
+//! that are not equal, as it has hardly any arithmetic of the FPU. A line `gate-any steps all` says how many steps of the gate in Rust had targets of every
+//! kind, and 1 if each of its limits acted in them. `cargo xtask bench board` counts what each step costs. Without a C compiler (`arm-none-eabi-gcc`) it
+//! prints nothing.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

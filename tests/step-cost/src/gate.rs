@@ -1,10 +1,10 @@
 //! The gate in Rust and in C, from the same configuration and state, on a recorded walk: from the park pose to its first pose, through it at 1 kHz,
-//! and again from its end to its beginning, which is a jump.
+//! and again from its end to its beginning, which is a jump. Then in Rust alone on targets of every kind, whose longest step is the worst that is known.
 
 use core::fmt::Write as _;
 use core::hint::black_box;
 
-use joint_loop::{DEFAULT_PARK, Gate, GateConfig, GateState, GateStatus, POSE_LIMITS, PoseSense};
+use joint_loop::{DEFAULT_PARK, Gate, GateConfig, GateState, GateStatus, POSE_LIMITS, PoseLimit, PoseSense};
 use joint_units::{Joint, Period, Radians};
 
 use crate::semihosting::TextLine;
@@ -77,9 +77,94 @@ extern "C" fn rust_gate(gate: &Gate, state: &mut GateState, target: &mut [Radian
     }
 }
 
-/// Compares the gates; the status of the program: 0, or 1 if there is none.
+/// A step for any targets, apart from those of the walk, so that its calls are counted apart: the limits that acted.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn rust_gate_any(
+    gate: &Gate,
+    state: &mut GateState,
+    target: &[Radians; Joint::COUNT],
+    setpoints: &mut [Radians; Joint::COUNT],
+) -> u32 {
+    let Ok((limited, status)) = gate.limit(state, *target) else { return u32::MAX };
+    *setpoints = limited;
+    status.bits().into()
+}
+
+/// Compares the gates and tries any targets; the status of the program: 0, or 1 if there is no gate.
 pub(crate) fn run() -> u32 {
-    u32::from(compare().is_none())
+    u32::from(compare().is_none() || try_any().is_none())
+}
+
+/// Steps of [`try_any`].
+const ANY_STEPS: u32 = 100_000;
+/// Targets of [`try_any`] lie in this range to both sides, rad: far beyond the joints' ranges.
+const FAR: f32 = 2.5;
+
+/// Random numbers of 32 bits (G. Marsaglia, "Xorshift RNGs", 2003).
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// From -1 to 1.
+    fn signed(&mut self) -> f32 {
+        self.next() as i32 as f32 * (1.0 / 2_147_483_648.0)
+    }
+}
+
+/// Steps of the gate on targets of every kind, with a pose envelope of all edges that it may have: jumps in each step and after some, ramps at up to twice
+/// the allowed rate, ends of ranges.
+fn try_any() -> Option<()> {
+    let mut config = black_box(GateConfig::default_biped());
+    let sum_of_hips = PoseLimit {
+        first: Joint::LeftHip,
+        second: Joint::RightHip,
+        sense: PoseSense::Sum,
+        most: Radians::from_degrees(90.0),
+    };
+    *config.pose.iter_mut().find(|place| place.is_none())? = Some(sum_of_hips);
+    let gate = Gate::build(&config, Period::MILLISECOND).ok()?;
+    let mut state = gate.rest(DEFAULT_PARK)?;
+    let mut random = Random(0x2545_F491);
+    let (mut target, mut ramp) = (DEFAULT_PARK, [0.0; Joint::COUNT]);
+    let mut left = 0;
+    let mut kind = 0;
+    let mut acted = 0;
+    for _ in 0..ANY_STEPS {
+        if left == 0 {
+            kind = random.next() % 4;
+            left = 1 + random.next() % 200;
+            // Up to twice the rate.
+            ramp = [0; Joint::COUNT].map(|_| random.signed() * 2.0 * config.rate[0].0 * Period::MILLISECOND.seconds());
+            if kind == 3 {
+                target = config.range.map(|range| if random.next() % 2 == 0 { range.least } else { range.most });
+            }
+        }
+        left -= 1;
+        match kind {
+            // A jump in each step, and one that stays.
+            0 => target = target.map(|_| Radians(random.signed() * FAR)),
+            1 if left % 50 == 0 => target = target.map(|_| Radians(random.signed() * FAR)),
+            2 => target.iter_mut().zip(ramp).for_each(|(angle, by)| angle.0 += by),
+            _ => {}
+        }
+        let mut setpoints = target;
+        let step = black_box(rust_gate_any as extern "C" fn(&Gate, &mut GateState, &[Radians; 4], &mut [Radians; 4]) -> u32);
+        acted |= step(&gate, &mut state, &target, &mut setpoints);
+    }
+    let all = [GateStatus::RANGE, GateStatus::POSE, GateStatus::RATE, GateStatus::ACCELERATION];
+    let each = all.iter().all(|limit| acted & u32::from(limit.bits()) != 0) && acted != u32::MAX;
+    let mut line = TextLine::new();
+    // A line is short.
+    let _ = write!(line, "gate-any {ANY_STEPS} {}", u32::from(each));
+    line.print();
+    Some(())
 }
 
 fn compare() -> Option<()> {

@@ -16,6 +16,8 @@ const FLASH_ACR: &str = "0x705";
 const NETWORKS: [(&str, &str); 3] = [("thesis", "thesis"), ("R1", "r1"), (GATE, "gate")];
 /// The row of the gate, whose last number is another one.
 pub(super) const GATE: &str = "gate";
+/// The line of the gate's steps on targets of every kind, and their function.
+const GATE_ANY: (&str, &str) = ("gate-any", "rust_gate_any");
 const VARIANTS: [(&str, &str, &str); 3] = [("rust", "rust_", ""), ("c", "c_", "_exact"), ("c_fused", "c_", "_fused")];
 /// The program takes a second.
 const DEADLINE: Duration = Duration::from_secs(120);
@@ -38,19 +40,22 @@ pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folde
     let names: Vec<String> = NETWORKS
         .iter()
         .flat_map(|(_, network)| VARIANTS.iter().map(move |(_, begin, end)| format!("{begin}{network}{end}")))
+        .chain([GATE_ANY.1.to_owned()])
         .collect();
     let mut count = shell::command(board_cost);
     count.arg("--elf").arg(elf).arg("--trace").arg(&trace).args(["--flash-acr", FLASH_ACR, "--function"]).args(&names);
     let counted: Value =
         serde_json::from_str(&shell::stdout_of(&mut count)?).context("reading the output of board-cost")?;
     std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
+    let numbers = |name: &str| -> Vec<u64> {
+        let texts = lines.iter().filter_map(|line| line["text"].as_str());
+        let mut lines = texts.map(|text| text.split_whitespace().collect::<Vec<_>>());
+        let line = lines.find(|words| words.first() == Some(&name));
+        line.iter().flatten().filter_map(|word| word.parse().ok()).collect()
+    };
     let mut networks = Vec::new();
     for (name, function) in NETWORKS {
-        let texts = lines.iter().filter_map(|line| line["text"].as_str());
-        let line =
-            texts.map(|text| text.split_whitespace().collect::<Vec<_>>()).find(|words| words.first() == Some(&name));
-        let numbers: Vec<u64> = line.iter().flatten().filter_map(|word| word.parse().ok()).collect();
-        let &[steps, equal, difference] = numbers.as_slice() else {
+        let &[steps, equal, difference] = numbers(name).as_slice() else {
             anyhow::bail!("beside-c printed no line of three numbers for {name}: was it built without {COMPILER}?")
         };
         let mut network = json!({ "name": name, "steps": steps, "equal": equal, "fused_difference_1e9": difference });
@@ -59,5 +64,12 @@ pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folde
         }
         networks.push(network);
     }
-    Ok(json!({ "compiler": version.lines().next().unwrap_or_default(), "networks": networks }))
+    let (name, function) = GATE_ANY;
+    let &[steps, all_acted] = numbers(name).as_slice() else {
+        anyhow::bail!("beside-c printed no line of two numbers for {name}: was it built without {COMPILER}?")
+    };
+    ensure!(all_acted == 1, "{name}: not every limit of the gate acted in its {steps} steps");
+    let gate_any = json!({ "steps": steps, "cost": super::counted::row(&counted, function)? });
+    let compiler = version.lines().next().unwrap_or_default();
+    Ok(json!({ "compiler": compiler, "networks": networks, "gate_any": gate_any }))
 }

@@ -4,12 +4,13 @@
 //! go to `docs/performance.json` with `--write`, and from there to `docs/performance.md`.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use super::counted::row;
-use super::{beside_c, page};
+use super::{beside_c, page, pico};
 use crate::board::{Board, Variant};
 use crate::setup::Need;
 use crate::shell;
@@ -98,6 +99,30 @@ const SET_UPS: [SetUp; 7] = [
 /// The first set-ups have a table of all parts.
 const WITH_TABLE: usize = 5;
 
+/// A board that is measured beside the Discovery: its name on the page, its feature, and the clock of its core.
+const OTHER_BOARD: (&str, Board, u64) = ("Black Pill, STM32F411", Board::BlackPillF411, 100_000_000);
+/// Set-ups of it, by their places in [`SET_UPS`].
+const OTHER_SET_UPS: [usize; 2] = [0, 4];
+
+/// Interrupts that a walk has not.
+const RARE: [&str; 3] = ["TIM1_BRK_TIM9", "EXTI9_5", "ADC"];
+/// Virtual seconds of the run that has them: a wave at the synchronisation input, with an edge each millisecond, lost conversions, and the emergency
+/// stop.
+const RARE_SECS: u64 = 9;
+/// Its options of the virtual board, but for the wave.
+const RARE_OPTIONS: [&str; 10] = [
+    "--adc-overrun",
+    "4.5",
+    "--adc-overrun",
+    "5.7",
+    "--adc-overrun",
+    "6.9",
+    "--adc-overrun",
+    "8.1",
+    "--emergency-stop",
+    "8.5",
+];
+
 /// Virtual milliseconds from power-on to the count: the board is armed after 0.6 s, and walks with its whole amplitude 2 s later.
 const FROM_MS: u64 = 4000;
 /// Of the chip, while it walks.
@@ -108,6 +133,7 @@ const TICKS_HZ: u64 = 1000;
 const GENERATE: &str = "tick: generate";
 
 /// The programs that a run needs.
+#[derive(Clone)]
 struct Programs {
     elf: PathBuf,
     virtual_board: PathBuf,
@@ -135,7 +161,13 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
     let beside_c = workspace.beside_c()?;
-    let mut result = if options.only_c { baseline()? } else { measure(&programs, options.secs)? };
+    let mut result = if options.only_c {
+        baseline()?
+    } else {
+        let mut measured = measure(&programs, options.secs)?;
+        measured["boards"] = json!([other_board(&workspace, &programs, options.secs)?, pico::measure(&mut workspace)?]);
+        measured
+    };
     let reason = options.reason.clone().map(Value::from);
     result["reason"] = reason.or_else(|| Some(baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
     result["beside_c"] = beside_c::measure(&programs.virtual_board, &programs.board_cost, &beside_c, &programs.folder)?;
@@ -203,6 +235,9 @@ fn medians(result: &Value) -> Result<Vec<Median>> {
             }
         }
     }
+    for row in list(&result["rare_interrupts"])? {
+        all.push((row["part"].as_str().unwrap_or_default().to_owned(), median(&row)?));
+    }
     for kind in list(&result["generators"])? {
         all.push((format!("generator {}", kind["kind"].as_str().unwrap_or_default()), median(&kind["cost"])?));
     }
@@ -263,6 +298,7 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
         "hclk_hz": HCLK_HZ,
         "set_ups": set_ups,
         "generators": kinds,
+        "rare_interrupts": rare_interrupts(programs)?,
     });
     if let (Some(result), Some(head)) = (result.as_object_mut(), head.as_object_mut()) {
         result.append(head);
@@ -270,12 +306,56 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
     Ok(result)
 }
 
+/// The rows of the interrupts that a walk has not.
+fn rare_interrupts(programs: &Programs) -> Result<Value> {
+    eprintln!("bench: interrupts that a walk has not");
+    let wave = programs.folder.join("edges.csv");
+    let edges = (FROM_MS..RARE_SECS * 1000).map(|ms| format!("{:.4},{}\n", ms as f64 / 1000.0 + 0.000_25, ms % 2));
+    let text = "time_s,level\n".to_owned() + &edges.collect::<String>();
+    std::fs::write(&wave, text).with_context(|| format!("writing {}", wave.display()))?;
+    let trace = programs.folder.join("trace.bin");
+    let mut run = programs.watch(RARE_SECS);
+    run.arg("--").args(RARE_OPTIONS).arg("--edges").arg(format!("PC6={}", wave.display()));
+    run.arg("--trace-execution").arg(&trace);
+    shell::stdout_of(&mut run).context("running the interrupts that a walk has not")?;
+    let counted = programs.count(&trace, RARE_SECS, &[])?;
+    std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
+    RARE.iter().map(|name| Ok(row(&counted, &format!("interrupt: {name}"))?.clone())).collect()
+}
+
+/// A tick of the other board of the family, in two set-ups, and its image.
+fn other_board(workspace: &Workspace, discovery: &Programs, secs: u64) -> Result<Value> {
+    let (name, board, hclk_hz) = OTHER_BOARD;
+    let programs = Programs { elf: workspace.firmware(board, Variant::USUAL)?.elf, ..discovery.clone() };
+    let mut ticks = Vec::new();
+    let mut image = Value::Null;
+    for place in OTHER_SET_UPS {
+        let set_up = &SET_UPS[place];
+        eprintln!("bench: {name}, {}", set_up.name);
+        let trace = programs.folder.join("trace.bin");
+        programs.run(set_up, secs, &trace)?;
+        let counted = programs.count(&trace, secs, &["--image"])?;
+        std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
+        let tick = row(&counted, "tick")?;
+        ticks.push(json!({ "set_up": set_up.name, "instructions": tick["instructions"], "cycles": tick["cycles"] }));
+        image = counted["image"].clone();
+    }
+    Ok(json!({ "name": name, "hclk_hz": hclk_hz, "ticks": ticks, "image": image }))
+}
+
 impl Programs {
+    /// `footfall watch` of the image for a time.
+    fn watch(&self, secs: u64) -> Command {
+        let mut watch = shell::command(&self.footfall);
+        watch.args(["watch", "--json", "--elf"]).arg(&self.elf).arg("--virtual-board").arg(&self.virtual_board);
+        watch.arg("--secs").arg(secs.to_string());
+        watch
+    }
+
     /// Runs a set-up; returns the last line of the run.
     fn run(&self, set_up: &SetUp, secs: u64, trace: &Path) -> Result<Value> {
-        let mut run = shell::command(&self.footfall);
-        run.args(["watch", "--json", "--elf"]).arg(&self.elf).arg("--virtual-board").arg(&self.virtual_board);
-        run.arg("--secs").arg((FROM_MS / 1000 + secs + 1).to_string()).args(set_up.options);
+        let mut run = self.watch(FROM_MS / 1000 + secs + 1);
+        run.args(set_up.options);
         if let Some(printed) = set_up.printed {
             let text = shell::stdout_of(shell::command(&self.footfall).args(["defaults", printed]))?;
             let file = self.folder.join("generator.toml");
@@ -320,8 +400,16 @@ mod tests {
         let text = std::fs::read_to_string(root.join(page::JSON)).unwrap();
         let medians = medians(&serde_json::from_str(&text).unwrap()).unwrap();
         let gates = medians.iter().filter(|(part, _)| part.ends_with("tick: gate")).count();
-        let interrupts = medians.iter().filter(|(part, _)| part.ends_with("interrupt: TIM4")).count();
-        assert_eq!(interrupts, WITH_TABLE);
+        let interrupts = |name: &str| medians.iter().filter(|(part, _)| part.ends_with(&format!("interrupt: {name}"))).count();
+        assert_eq!(interrupts("TIM4"), WITH_TABLE);
+        // Each that the firmware enables has a row.
+        let list = std::fs::read_to_string(root.join("firmware/src/interrupts.rs")).unwrap();
+        let enabled: Vec<&str> =
+            list.lines().filter_map(|line| line.trim().split_once("name: \"")?.1.split('"').next()).collect();
+        assert_eq!(enabled.len(), 6, "{enabled:?}");
+        for name in enabled {
+            assert!(interrupts(name) > 0, "{name}");
+        }
         let kinds = SET_UPS.iter().filter_map(|set_up| set_up.kind);
         assert_eq!(gates, WITH_TABLE);
         assert!(kinds.into_iter().all(|kind| medians.iter().any(|(part, _)| *part == format!("generator {kind}"))));
