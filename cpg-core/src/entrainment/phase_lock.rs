@@ -57,7 +57,6 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 use crate::entrainment::quadrature_filter::{MAX_TURN, Sogi, SogiConfig, settled_gain};
 use crate::error::{allow_period, in_range};
 use crate::math::finite::all_finite;
-use crate::math::square_root::sqrt;
 use crate::math::trig::{atan2, sin_cos};
 use crate::waveform::shape::{FourierShape, Harmonics, Shape};
 use crate::{BuildError, Field, StateFault};
@@ -616,7 +615,7 @@ impl PhaseLock {
 
     /// Amplitude of the filtered signal relative to that of the filtered template, x and q.
     fn relative_to(&self, [x, q]: [f32; 2]) -> f32 {
-        let expected = greater(sqrt(x * x + q * q), 0.25 * self.moments.fundamental);
+        let expected = greater(libm::sqrtf(x * x + q * q), 0.25 * self.moments.fundamental);
         self.state.sogi.amplitude() / expected
     }
 

@@ -22,7 +22,6 @@ use crate::BuildError;
 use crate::Field;
 use crate::error::in_range;
 use crate::math::finite::all_finite;
-use crate::math::square_root::sqrt;
 
 /// Gains of the filter. Its state is a [`Sogi`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,7 +116,7 @@ impl Sogi {
     /// Amplitude of the fundamental, sqrt(x^2 + q^2), in the unit of the signal.
     #[must_use]
     pub fn amplitude(&self) -> f32 {
-        sqrt(self.fundamental * self.fundamental + self.quadrature * self.quadrature)
+        libm::sqrtf(self.fundamental * self.fundamental + self.quadrature * self.quadrature)
     }
 
     /// Whether every state is finite.

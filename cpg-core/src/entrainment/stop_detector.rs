@@ -11,8 +11,6 @@
 
 use joint_units::order::lesser;
 
-use crate::math::square_root::sqrt;
-
 /// Running mean square of the innovation: measured minus predicted angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Innovation {
@@ -32,7 +30,7 @@ impl Innovation {
     /// Takes the innovation of one tick, rad.
     pub(crate) fn step(&mut self, innovation: f32, period_s: f32) {
         self.square += (innovation * innovation - self.square) * (period_s / INNOVATION_S).min(1.0);
-        self.root = sqrt(self.square);
+        self.root = libm::sqrtf(self.square);
     }
 
     /// Root mean square, radians.

@@ -8,8 +8,6 @@
 
 use joint_units::order::{greater, lesser};
 
-use crate::math::square_root::sqrt;
-
 /// Stiffness, acceleration and period of the law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Braking {
@@ -37,7 +35,7 @@ impl Braking {
         /// Both products are rounded, each by less than 2^-23 of it; far more than that below the other, the first is the lesser one.
         const CLEARLY: f32 = 0.999;
         let (close, square) = (self.stiffness * distance, self.acceleration * distance);
-        if close * close < CLEARLY * square { close } else { close.min(sqrt(square)) }
+        if close * close < CLEARLY * square { close } else { close.min(libm::sqrtf(square)) }
     }
 
     /// The largest rate v one period h later from which `acceleration` C stops before a bound: h v / 2 + max(v, 0)^2 / (2 C) = `margin`.
@@ -49,7 +47,7 @@ impl Braking {
             return 2.0 * margin / self.period_s;
         }
         let half = 0.5 * acceleration * self.period_s;
-        sqrt(half * half + 2.0 * acceleration * margin) - half
+        libm::sqrtf(half * half + 2.0 * acceleration * margin) - half
     }
 }
 

@@ -1,4 +1,4 @@
-//! Number types, trigonometry, the square root, integrators with a fixed step, and the braking law.
+//! Number types, trigonometry, integrators with a fixed step, and the braking law.
 //!
 //! The trait [`crate::Scalar`] and the integrators of second order ([`crate::Rk4`], [`crate::SemiImplicitEuler`]) are re-exported at the root of
 //! the crate.
@@ -11,5 +11,4 @@ pub mod fixed_trig;
 pub(crate) mod phase_point;
 pub(crate) mod scalar;
 pub(crate) mod second_order;
-pub mod square_root;
 pub mod trig;

@@ -97,7 +97,7 @@ impl Scalar for f32 {
     }
 
     fn sqrt(self) -> Self {
-        crate::math::square_root::sqrt(self)
+        libm::sqrtf(self)
     }
 
     fn sin_cos(phase: Phase) -> (Self, Self) {

@@ -155,7 +155,8 @@ fn try_any() -> Option<()> {
             _ => {}
         }
         let mut setpoints = target;
-        let step = black_box(rust_gate_any as extern "C" fn(&Gate, &mut GateState, &[Radians; 4], &mut [Radians; 4]) -> u32);
+        let step =
+            black_box(rust_gate_any as extern "C" fn(&Gate, &mut GateState, &[Radians; 4], &mut [Radians; 4]) -> u32);
         acted |= step(&gate, &mut state, &target, &mut setpoints);
     }
     let all = [GateStatus::RANGE, GateStatus::POSE, GateStatus::RATE, GateStatus::ACCELERATION];

@@ -400,7 +400,8 @@ mod tests {
         let text = std::fs::read_to_string(root.join(page::JSON)).unwrap();
         let medians = medians(&serde_json::from_str(&text).unwrap()).unwrap();
         let gates = medians.iter().filter(|(part, _)| part.ends_with("tick: gate")).count();
-        let interrupts = |name: &str| medians.iter().filter(|(part, _)| part.ends_with(&format!("interrupt: {name}"))).count();
+        let interrupts =
+            |name: &str| medians.iter().filter(|(part, _)| part.ends_with(&format!("interrupt: {name}"))).count();
         assert_eq!(interrupts("TIM4"), WITH_TABLE);
         // Each that the firmware enables has a row.
         let list = std::fs::read_to_string(root.join("firmware/src/interrupts.rs")).unwrap();

@@ -75,6 +75,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
             spread(&cost["cycles"])?
         );
     }
+    text += &other_boards(first, result)?;
     text += &beside_c(&result["beside_c"])?;
     text += &gate_in_a_walk(first, &result["beside_c"])?;
     text += "\n## Each part\n\nA row of the thread is a round of the telemetry task, 2 ms; one of an interrupt is a call of its handler; one of the control period is all\n\
@@ -87,16 +88,14 @@ pub(super) fn page(result: &Value) -> Result<String> {
             heading(name(&set_up["name"])?)
         );
         for row in set_up["rows"].as_array().context("no parts")? {
-            let _ = writeln!(
-                text,
-                "| {} | {} | {} | {} | {} |",
-                name(&row["part"])?,
-                row["count"],
-                spread(&row["instructions"])?,
-                spread(&row["cycles"])?,
-                row["stalls"]["median"]
-            );
+            text += &row_of_a_part(row)?;
         }
+    }
+    text += "\n### Interrupts that a walk has not\n\nA run of 9 s with a wave at the synchronisation input, an edge each millisecond, conversions that are lost, and at its end the emergency\n\
+             stop. The handler of the stop switches itself off until the next arming, so it runs once.\n\n\
+             | interrupt | runs | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of these waits for flash, median |\n|---|---|---|---|---|\n";
+    for row in result["rare_interrupts"].as_array().context("no rare interrupts")? {
+        text += &row_of_a_part(row)?;
     }
     text += "\n## Memory\n\nIn bytes. The stack has 92 KiB of the 128 of the RAM (`memory.x`), variables and buffers 36 at most. Its use is that of the first set-up, by a pattern that the start-up code writes; its bound is that\n\
              of [the audit](ratchets.md).\n\n| flash | variables and buffers | stack, bound | stack, used | stack, size |\n|---|---|---|---|---|\n";
@@ -105,6 +104,62 @@ pub(super) fn page(result: &Value) -> Result<String> {
     let bytes = bytes.map(|key| image[key].to_string());
     let _ = writeln!(text, "| {} |", bytes.join(" | "));
     Ok(text)
+}
+
+/// A row of a table of parts.
+fn row_of_a_part(row: &Value) -> Result<String> {
+    let (instructions, cycles) = (spread(&row["instructions"])?, spread(&row["cycles"])?);
+    let (part, waits) = (name(&row["part"])?, &row["stalls"]["median"]);
+    Ok(format!("| {part} | {} | {instructions} | {cycles} | {waits} |\n", row["count"]))
+}
+
+/// A tick on the other boards, beside that of the Discovery, and what their images take.
+fn other_boards(first: &Value, result: &Value) -> Result<String> {
+    let mut text = String::from(
+        "\n## Other boards\n\nThe tick of each board's own image; `of 1 ms` is its longest. The Black Pill runs on the virtual board, with the model of cycles of the Discovery at\n\
+         its own clock and wait states. The Pico runs on rp2040js, which counts one or two cycles an instruction, no wait for memory and none at the entry into an\n\
+         interrupt ([Raspberry Pi Pico](pico.md)). Flash and RAM are in KiB, RAM without the stack; in the Pico's is the code of the tick.\n\n\
+         | board | core, MHz | set-up | instructions: median, max | cycles: median, max | of 1 ms | flash, RAM |\n|---|---|---|---|---|---|---|\n",
+    );
+    let discovery =
+        serde_json::json!({ "name": "Discovery, STM32F407", "hclk_hz": result["hclk_hz"], "image": result["image"] });
+    text += &board_row(&discovery, "default", part(first, "tick")?)?;
+    for board in result["boards"].as_array().context("no other boards")? {
+        if let Some(ticks) = board["ticks"].as_array() {
+            for tick in ticks {
+                text += &board_row(board, name(&tick["set_up"])?, tick)?;
+            }
+        } else if board.is_null() {
+            text += "\nThe Pico was not measured: there was no node.\n";
+        } else {
+            text += &board_row(board, "default", &board["emulated"])?;
+        }
+    }
+    Ok(text)
+}
+
+/// A row of the table of boards; without a median of instructions the emulator counts cycles alone, and their mean.
+fn board_row(board: &Value, set_up: &str, tick: &Value) -> Result<String> {
+    let number = |value: &Value| value.as_u64().context("a number of a board is missing");
+    let kib = |key: &str| Ok::<f64, anyhow::Error>(number(&board["image"][key])? as f64 / 1024.0);
+    let (instructions, cycles, most) = if let Some(mean) = tick["mean_cycles"].as_u64() {
+        let most = number(&tick["longest_cycles"])?;
+        ("not counted".to_owned(), format!("{mean} (mean), {most}"), most)
+    } else {
+        let both = |what: &str| {
+            Ok::<String, anyhow::Error>(format!("{}, {}", number(&tick[what]["median"])?, number(&tick[what]["max"])?))
+        };
+        (both("instructions")?, both("cycles")?, number(&tick["cycles"]["max"])?)
+    };
+    let hz = number(&board["hclk_hz"])?;
+    Ok(format!(
+        "| {} | {} | {set_up} | {instructions} | {cycles} | {:.1} % | {:.1}, {:.1} |\n",
+        name(&board["name"])?,
+        hz / 1_000_000,
+        most as f64 / (hz as f64 / 1000.0) * 100.0,
+        kib("flash_bytes")?,
+        kib("static_ram_bytes")?,
+    ))
 }
 
 /// The medians beside those of the first count.
@@ -195,13 +250,15 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
     }
     text += "by a\nmodel that is uncertain by 15 %.\n";
     let gate = gate.context("no gate beside C")?;
-    let (stage, rust, c) = (part(walk, "tick: gate")?, &gate["rust"], &gate["c"]);
+    let (stage, rust, c, any) = (part(walk, "tick: gate")?, &gate["rust"], &gate["c"], &of["gate_any"]["cost"]);
     let _ = writeln!(
         text,
         "\nThe recorded walk of the gate here has 150 angles a second, joined by straight lines, and a jump at its end. At the corners the limits of rate and\n\
          acceleration act, so most steps compute every bound. In the walk of the first set-up no limit acts, and the gate takes the targets as they are: {}\n\
-         instructions and {} cycles (medians; C at least {} and {}). The longest of the steps here takes {} instructions and {} cycles (C {} and {}); other\n\
-         targets can take more.",
+         instructions and {} cycles (medians; C at least {} and {}). The longest of the steps here takes {} instructions and {} cycles (C {} and {}).\n\n\
+         **The worst case of the gate**, by search: of {} steps with a pose envelope of all six edges and targets of every kind (jumps in each step and after some,\n\
+         also far out of range, ramps at up to twice the allowed rate, ends of ranges), in which each of the four limits acts, the longest takes {} instructions and {}\n\
+         cycles (median {} and {}). No loop of the gate depends on the targets: a step has four joints and six edges at most.",
         number(stage, "instructions", "median")?,
         number(stage, "cycles", "median")?,
         number(c, "instructions", "min")?,
@@ -210,6 +267,11 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
         number(rust, "cycles", "max")?,
         number(c, "instructions", "max")?,
         number(c, "cycles", "max")?,
+        of["gate_any"]["steps"],
+        number(any, "instructions", "max")?,
+        number(any, "cycles", "max")?,
+        number(any, "instructions", "median")?,
+        number(any, "cycles", "median")?,
     );
     Ok(text)
 }

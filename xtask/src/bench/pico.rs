@@ -29,8 +29,9 @@ pub(super) fn measure(workspace: &mut Workspace) -> Result<Value> {
     eprintln!("bench: Raspberry Pi Pico");
     let (elf, text) = profile(workspace)?;
     let first = text.lines().next().unwrap_or_default();
-    let [ticks, mean, longest, in_flash] = numbers(first)
-        .with_context(|| format!("profile.mjs wrote `{first}`; expected ticks, cycles on average, longest, in flash"))?;
+    let [ticks, mean, longest, in_flash] = numbers(first).with_context(|| {
+        format!("profile.mjs wrote `{first}`; expected ticks, cycles on average, longest, in flash")
+    })?;
     let bytes = std::fs::read(&elf).with_context(|| format!("reading {}", elf.display()))?;
     let size = image::footprint(&bytes).map_err(|wrong| anyhow::anyhow!("{}: {wrong}", elf.display()))?;
     Ok(json!({

@@ -49,6 +49,21 @@ impl Origin {
         matches!(self, Self::Serial(_) | Self::Log(Source::Tcp(_)) | Self::Lines(Source::Tcp(_)))
     }
 
+    /// Whether the bytes can only be those of a chip: a port of hardware, or what a debug probe reads. A pseudo-terminal is mostly that of a virtual board,
+    /// and a file can be of both.
+    #[must_use]
+    pub fn is_of_a_chip(&self) -> bool {
+        match self {
+            Self::Serial(path) => {
+                let place = path.canonicalize().unwrap_or_else(|_| path.clone());
+                let is_pseudo =
+                    ["/dev/pts/", "/dev/ttys"].iter().any(|begin| place.to_string_lossy().starts_with(begin));
+                !is_pseudo && !place.is_file()
+            }
+            Self::Log(source) | Self::Lines(source) => !matches!(source, Source::File(_)),
+        }
+    }
+
     /// Whether it is standard input.
     #[must_use]
     pub const fn is_stdin(&self) -> bool {

@@ -19,6 +19,7 @@ use crate::publish::{Publisher, Receivers};
 use crate::view::keys::{Key, TuneKey, key};
 use crate::view::plain;
 use crate::view::screen;
+use crate::view::state::CostUnit;
 use crate::view::tuning::Tuning;
 use crate::virtual_run::settings::Show;
 
@@ -55,6 +56,7 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     // A board that is listened to does not say which robot it has.
     let publisher = Publisher::open(receivers, vec![SENSOR_JOINT], &RobotConfig::default_biped())?;
     let mut shown = Shown::titled(format!("footfall watch: {origin}"), has_log, publisher);
+    shown.view.cost_unit = if origin.is_of_a_chip() { CostUnit::Cycles } else { CostUnit::Either };
     let watched = match show {
         Show::Screen => {
             shown.view.tuning = connection.port().map(|_| Tuning::default());

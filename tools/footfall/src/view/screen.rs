@@ -133,11 +133,7 @@ fn second(view: &View) -> Line<'_> {
         Watched::Virtual => format!("host replay: {}  frames lost {}", view.replay(), view.counters.lost_lines),
         Watched::Board => format!("damaged frames {}", view.counters.malformed),
     };
-    // The virtual board's cycle counter counts instructions.
-    let unit = match view.watched {
-        Watched::Virtual => "instructions",
-        Watched::Board => "cycles",
-    };
+    let unit = view.cost_unit.word();
     let cost = view.cost.map_or(String::new(), |cost| {
         format!("  longest tick {} {unit}  stack {} B", cost.longest_cycles, cost.stack_used)
     });
@@ -287,12 +283,14 @@ mod tests {
             stack_size: 9000,
             truncated: 0,
         };
-        for (watched, right, wrong) in
-            [(Watched::Virtual, "6058 instructions", "cycles"), (Watched::Board, "6058 cycles", "instructions")]
+        use crate::view::state::CostUnit::{Cycles, Either, Instructions};
+        let screen = |cost_unit| shown(&View { cost_unit, cost: Some(cost), ..view(200) }, 140, 30);
+        for (unit, right, wrong) in
+            [(Instructions, "6058 instructions", "cycles"), (Cycles, "6058 cycles", "instructions")]
         {
-            let screen = shown(&View { watched, cost: Some(cost), ..view(200) }, 140, 30);
-            assert!(screen.contains(right) && !screen.contains(wrong), "{screen}");
+            assert!(screen(unit).contains(right) && !screen(unit).contains(wrong), "{}", screen(unit));
         }
+        assert!(screen(Either).contains("6058 cycles (on a virtual board instructions)"), "{}", screen(Either));
     }
 
     #[test]

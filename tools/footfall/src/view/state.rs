@@ -65,6 +65,30 @@ pub enum Watched {
     Board,
 }
 
+/// What the longest tick is counted in: the cycle counter of a chip counts cycles, that of the virtual board instructions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CostUnit {
+    /// On the virtual board.
+    #[default]
+    Instructions,
+    /// On a chip.
+    Cycles,
+    /// On one of the two: the bytes come from a pseudo-terminal or a file.
+    Either,
+}
+
+impl CostUnit {
+    /// The word for the screen.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Instructions => "instructions",
+            Self::Cycles => "cycles",
+            Self::Either => "cycles (on a virtual board instructions)",
+        }
+    }
+}
+
 /// A point of the charts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
@@ -85,6 +109,8 @@ pub struct View {
     pub title: String,
     /// What is watched.
     pub watched: Watched,
+    /// What its longest tick is counted in.
+    pub cost_unit: CostUnit,
     /// The keys that change the board; `None` where it takes no requests.
     pub tuning: Option<Tuning>,
     /// What is wrong with the connection now.
