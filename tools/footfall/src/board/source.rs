@@ -133,3 +133,24 @@ impl Opened {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pseudo_terminal_or_a_file_can_be_of_a_virtual_board() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let serial = |path: &str| Origin::Serial(path.into());
+        for either in [
+            serial("/dev/pts/7"),
+            serial(file.path().to_str().expect("a path")),
+            Origin::Log(Source::File("walk.rtt".into())),
+        ] {
+            assert!(!either.is_of_a_chip(), "{either:?}");
+        }
+        for chip in [serial("/dev/ttyACM0"), Origin::Lines(Source::Stdin), Origin::Log(Source::Tcp("a:1".into()))] {
+            assert!(chip.is_of_a_chip(), "{chip:?}");
+        }
+    }
+}
