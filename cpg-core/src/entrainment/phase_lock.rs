@@ -345,7 +345,8 @@ impl PhaseLock {
         let direction = self.compare(filtered);
         self.state.far = direction;
         // None: less than half of the limit. The angle itself costs a division and a polynomial, and a walk that is followed does not need it.
-        let far = (direction.across.abs() >= self.close * direction.along).then(|| direction.angle());
+        let is_close = direction.across.abs() < self.close * direction.along;
+        let far = (!is_close).then(|| direction.angle());
         let limit = config.near_within.0;
         let relative = self.relative_to(filtered);
         let (angle, slopes) = self.around(&harmonics);

@@ -21,7 +21,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_are_told_apart() {
+    fn largest_and_least_numbers_are_finite_and_what_is_beyond_is_not() {
         let (largest, least) = (f32::MAX, f32::from_bits(1));
         assert!(all_finite([largest, -largest, least, -least, 0.0, -0.0]));
         for one in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN, -f32::NAN, f32::from_bits(0x7f80_0001)] {

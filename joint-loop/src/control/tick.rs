@@ -70,6 +70,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     parked: GateState,
     /// The servo that a hold of the button trims, or that is trimmed; the last one after a trim.
     trim: Option<Trim>,
+    /// Of the last tick, without the status of a follower, which [`JointLoop::frame`] adds.
     frame: Frame<S>,
 }
 

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
@@ -110,7 +111,7 @@ const RARE: [&str; 3] = ["TIM1_BRK_TIM9", "EXTI9_5", "ADC"];
 /// stop.
 const RARE_SECS: u64 = 9;
 /// Its options of the virtual board, but for the wave.
-const RARE_OPTIONS: [&str; 10] = [
+const RARE_OPTIONS: [&str; 12] = [
     "--adc-overrun",
     "4.5",
     "--adc-overrun",
@@ -120,8 +121,12 @@ const RARE_OPTIONS: [&str; 10] = [
     "--adc-overrun",
     "8.1",
     "--emergency-stop",
+    "0.05:0.03",
+    "--emergency-stop",
     "8.5",
 ];
+/// The run takes seconds.
+const RARE_DEADLINE: Duration = Duration::from_secs(120);
 
 /// Virtual milliseconds from power-on to the count: the board is armed after 0.6 s, and walks with its whole amplitude 2 s later.
 const FROM_MS: u64 = 4000;
@@ -317,7 +322,12 @@ fn rare_interrupts(programs: &Programs) -> Result<Value> {
     let mut run = programs.watch(RARE_SECS);
     run.arg("--").args(RARE_OPTIONS).arg("--edges").arg(format!("PC6={}", wave.display()));
     run.arg("--trace-execution").arg(&trace);
-    shell::stdout_of(&mut run).context("running the interrupts that a walk has not")?;
+    // The walk ends with the emergency stop, which `watch` takes for a failure.
+    let finished = shell::with_deadline(&mut run, RARE_DEADLINE, &programs.folder.join("rare.log"))?;
+    let lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let end = lines.filter(|line| line["type"] == "end").last().unwrap_or_default();
+    let walked = end["has_armed"] == true && end["cause"] == "break_input";
+    ensure!(walked, "the emergency stop does not end the walk\n{}", finished.tail(20));
     let counted = programs.count(&trace, RARE_SECS, &[])?;
     std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
     RARE.iter().map(|name| Ok(row(&counted, &format!("interrupt: {name}"))?.clone())).collect()
