@@ -32,7 +32,7 @@ pub trait Follow {
     /// Reports a heel strike for the next step: the foot switch closed since the previous step. Ignored by a follower without a foot switch.
     fn heel_strike(&mut self);
 
-    /// State of the tracking; `None` if the generator follows nobody.
+    /// State of the tracking; `None` if the generator follows nobody. A generator has one always or never.
     fn follow_status(&self) -> Option<FollowStatus>;
 
     /// [`FollowStatus::state`] alone: a loop asks for it in each tick, and the rest of the status costs a division and an arctangent.

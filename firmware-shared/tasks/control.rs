@@ -186,7 +186,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
     let command = control.joint_loop.tick(&sample);
     // Not the whole frame, which is copied only into a queue.
-    let (tick, state) = (control.joint_loop.frame().tick, control.joint_loop.state());
+    let (tick, state) = (control.joint_loop.tick_number(), control.joint_loop.state());
     match command.pulses {
         Some(_) if SHADOW => {}
         Some(widths) if control.check.allows(widths, state == SupervisorState::Trimming) => {
@@ -253,7 +253,7 @@ impl Control {
 
     fn report(&mut self, sample: &Sample<SENSORS>, tick: u32) {
         let mut dropped = u32::from(!queue::put(&mut self.samples, || (tick, *sample)));
-        let now = (self.joint_loop.state(), self.joint_loop.frame().cause);
+        let now = (self.joint_loop.state(), self.joint_loop.cause());
         if self.reported != now {
             cold_path();
             self.reported = now;

@@ -10,22 +10,20 @@ use hgod_adc::stm32f4::DieTemperature;
 use hgod_adc::{Reference, ReferenceConfig, SupplyFault};
 use joint_units::AdcCode;
 
-/// Sums of codes, and their number.
-struct Sums {
-    reference: AtomicU32,
-    temperature: AtomicU32,
-    count: AtomicU32,
-}
-
-static SUMS: Sums = Sums { reference: AtomicU32::new(0), temperature: AtomicU32::new(0), count: AtomicU32::new(0) };
+/// Sum of the codes of the internal reference.
+static REFERENCES: AtomicU32 = AtomicU32::new(0);
+/// Sum of the codes of the temperature sensor.
+static TEMPERATURES: AtomicU32 = AtomicU32::new(0);
+/// How many codes are in each sum.
+static COUNT: AtomicU32 = AtomicU32::new(0);
 
 /// Adds the codes of a tick. Only the tick adds, and a read holds it off: load and store need not be one.
 pub(crate) fn add(reference: AdcCode, temperature: AdcCode) {
     // A sum wraps only after a million ticks without a read.
     let add = |sum: &AtomicU32, more: u32| sum.store(sum.load(Ordering::Relaxed).wrapping_add(more), Ordering::Relaxed);
-    add(&SUMS.reference, reference.0.into());
-    add(&SUMS.temperature, temperature.0.into());
-    add(&SUMS.count, 1);
+    add(&REFERENCES, reference.0.into());
+    add(&TEMPERATURES, temperature.0.into());
+    add(&COUNT, 1);
 }
 
 /// Converts the codes to degrees and volts.
@@ -45,7 +43,7 @@ impl Environment {
     pub(crate) fn take(&self) -> wire::Environment {
         // No tick adds between the three.
         let [references, temperatures, count] = CriticalSectionRawMutex::INIT
-            .lock(|| [&SUMS.reference, &SUMS.temperature, &SUMS.count].map(|sum| sum.swap(0, Ordering::Relaxed)));
+            .lock(|| [&REFERENCES, &TEMPERATURES, &COUNT].map(|sum| sum.swap(0, Ordering::Relaxed)));
         let mean = |sum: u32| {
             let rounded = sum.saturating_add(count / 2).checked_div(count).unwrap_or(0);
             // A mean of 16 bit codes has 16 bits.

@@ -6,7 +6,7 @@
 
 use core::cell::Cell;
 use core::hint::cold_path;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
@@ -71,7 +71,9 @@ pub(crate) fn take(each: impl FnMut(Edge)) -> bool {
     let flooded = FLOODED.load(Ordering::Relaxed);
     if flooded {
         cold_path();
+        // The line is masked, so nothing sets it meanwhile; cleared before the line is on again, or the next flood would be lost.
         FLOODED.store(false, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
         EXTI.pr(0).write(|w| w.set_line(LINE, true));
         EXTI.imr(0).modify(|w| w.set_line(LINE, true));
     }

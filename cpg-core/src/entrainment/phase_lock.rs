@@ -30,7 +30,7 @@
 //!
 //! The equations above are complete; no paper is cited for the combination of the two detectors.
 //!
-//! A step has constant cost: one arc tangent, one sine, two divisions and one square root. The angle must be finite;
+//! A step costs at most one arc tangent, which near lock is not needed, one sine, seven divisions and two square roots. The angle must be finite;
 //! [`Follower`](crate::entrainment::Follower) checks that and every other fault of the sensor.
 //!
 //! ```
@@ -630,6 +630,7 @@ impl PhaseLock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     /// What the lock keeps of its last step is what it would compute, whatever is called between.
     #[test]
@@ -653,6 +654,46 @@ mod tests {
             assert_eq!(lock.template_around(), lock.around(&Harmonics::of(lock.state.phase)), "tick {tick}");
         }
         assert!(kept > 20_000, "{kept}");
+    }
+
+    /// The prediction is the template's, at the phase and beside it.
+    #[test]
+    fn the_prediction_is_that_of_the_template_before_at_and_after_the_phase() {
+        let mut lock = lock();
+        for tick in 0..2000_u32 {
+            lock.set_phase(Phase(tick.wrapping_mul(4_321_987)));
+            let (angle, rates) = lock.prediction();
+            assert_eq!(angle.0.to_bits(), lock.measured(hip().at(lock.phase()).angle).to_bits());
+            let by = Phase::from_cycles(PREDICTION_CYCLES);
+            for (rate, phase) in rates.into_iter().zip([lock.phase() - by, lock.phase(), lock.phase() + by]) {
+                let wanted = lock.nominal().0 / TAU * hip().at(phase).slope;
+                assert!((rate - wanted).abs() < 2e-5, "tick {tick}: {rate} for {wanted}");
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(100_000))]
+
+        /// The tangent says that the far error is within half of its limit only where its angle does, and where the angle is well within, it says so.
+        #[test]
+        fn a_tangent_decides_as_the_angle(
+            near_within in 0.1_f32..=1.5,
+            part in prop_oneof![-2.2_f32..2.2, prop::sample::select(vec![-1.0, 1.0, 0.0])],
+            size in prop::sample::select(vec![0.0_f32, 1e-42, 1e-20, 1e-3, 1.0, 1e15]),
+            turned in any::<bool>(),
+        ) {
+            let config = PhaseLockConfig { near_within: Radians(near_within), ..PhaseLockConfig::default() };
+            let lock = config.build(hip(), Period::MILLISECOND).expect("in range");
+            let half = 0.5 * near_within;
+            let angle = f64::from(half * part) + if turned { core::f64::consts::PI } else { 0.0 };
+            let along = (f64::from(size) * angle.cos()) as f32;
+            let direction = Direction { across: (f64::from(size) * angle.sin()) as f32, along };
+            let is_close = direction.across.abs() < lock.close * direction.along;
+            let exact = direction.angle().abs();
+            prop_assert!(!is_close || exact < half, "{direction:?}: {exact} of {half}");
+            prop_assert!(is_close || exact > 0.99 * half || size < 1e-30, "{direction:?}: {exact} of {half}");
+        }
     }
 
     fn hip() -> Template {

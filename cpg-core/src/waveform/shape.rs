@@ -430,6 +430,21 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_series_that_is_ahead_is_the_series_later() {
+        let cos = [0.3, -0.2, 0.1, 0.05, -0.04, 0.03, 0.02, -0.01];
+        let sin = [-0.1, 0.2, -0.05, 0.04, 0.03, -0.02, 0.01, 0.01];
+        let shape = FourierShape::new(Radians(0.2), cos, sin).expect("in range");
+        for by in [0, 1 << 20, 171_798_692, u32::MAX - 171_798_691, 1 << 31, 1_234_567_890].map(Phase) {
+            let ahead = shape.ahead(by);
+            for phase in phases() {
+                let (found, wanted) = (ahead.at(phase), shape.at(phase + by));
+                assert!((found.angle - wanted.angle).abs() < 4e-6, "{by:?} after {phase:?}");
+                assert!((found.slope - wanted.slope).abs() < 1e-4, "{by:?} after {phase:?}");
+            }
+        }
+    }
+
     /// Joints without a lead share a basis; each angle and rate has the bits of its own series.
     #[test]
     fn joints_at_one_phase_have_the_bits_of_their_own_series() {

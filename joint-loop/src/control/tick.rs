@@ -170,6 +170,18 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
+    /// Number of the last control period: [`Frame::tick`].
+    #[must_use]
+    pub const fn tick_number(&self) -> u32 {
+        self.frame.tick
+    }
+
+    /// Why the last motion ended or arming was refused: [`Frame::cause`].
+    #[must_use]
+    pub const fn cause(&self) -> Cause {
+        self.frame.cause
+    }
+
     /// What was not as it should be, counted since the boot.
     #[must_use]
     #[inline(always)]

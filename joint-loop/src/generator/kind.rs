@@ -38,7 +38,7 @@ pub(crate) trait BoardKind: Sized {
     }
 
     /// Its state alone.
-    fn follow_lock(_built: &Self::Built) -> Option<Lock> {
-        None
+    fn follow_lock(built: &Self::Built) -> Option<Lock> {
+        Self::follow_status(built).map(|status| status.state)
     }
 }

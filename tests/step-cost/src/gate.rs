@@ -118,7 +118,7 @@ impl Random {
     }
 }
 
-/// Steps of the gate on targets of every kind, with a pose envelope of all edges that it may have: jumps in each step and after some, ramps at up to twice
+/// Steps of the gate on finite targets of every kind, with a pose envelope of all edges that it may have: jumps in each step and after some, ramps at up to twice
 /// the allowed rate, ends of ranges.
 fn try_any() -> Option<()> {
     let mut config = black_box(GateConfig::default_biped());

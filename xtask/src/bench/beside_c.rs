@@ -19,7 +19,7 @@ pub(super) const GATE: &str = "gate";
 /// The line of the gate's steps on targets of every kind, and their function.
 const GATE_ANY: (&str, &str) = ("gate-any", "rust_gate_any");
 const VARIANTS: [(&str, &str, &str); 3] = [("rust", "rust_", ""), ("c", "c_", "_exact"), ("c_fused", "c_", "_fused")];
-/// The program takes a second.
+/// The program takes some seconds.
 const DEADLINE: Duration = Duration::from_secs(120);
 
 /// The comparison; null where there is no C compiler.

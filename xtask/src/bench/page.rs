@@ -91,8 +91,8 @@ pub(super) fn page(result: &Value) -> Result<String> {
             text += &row_of_a_part(row)?;
         }
     }
-    text += "\n### Interrupts that a walk has not\n\nA run of 9 s with a wave at the synchronisation input, an edge each millisecond, conversions that are lost, and at its end the emergency\n\
-             stop. The handler of the stop switches itself off until the next arming, so it runs once.\n\n\
+    text += "\n### Interrupts that a walk has not\n\nThe last 5 s of a run of 9 s with a wave at the synchronisation input, an edge each millisecond, conversions that are lost, and at its end the\n\
+             emergency stop. The handler of the stop switches itself off until the next arming, so it runs once.\n\n\
              | interrupt | runs | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of these waits for flash, median |\n|---|---|---|---|---|\n";
     for row in result["rare_interrupts"].as_array().context("no rare interrupts")? {
         text += &row_of_a_part(row)?;
@@ -118,7 +118,8 @@ fn other_boards(first: &Value, result: &Value) -> Result<String> {
     let mut text = String::from(
         "\n## Other boards\n\nThe tick of each board's own image; `of 1 ms` is its longest. The Black Pill runs on the virtual board, with the model of cycles of the Discovery at\n\
          its own clock and wait states. The Pico runs on rp2040js, which counts one or two cycles an instruction, no wait for memory and none at the entry into an\n\
-         interrupt ([Raspberry Pi Pico](pico.md)). Flash and RAM are in KiB, RAM without the stack; in the Pico's is the code of the tick.\n\n\
+         interrupt ([Raspberry Pi Pico](pico.md)); its row is of one second, and without the interrupt at the end of the samples, which is a part of the other\n\
+         ticks. Flash and RAM are in KiB, RAM without the stack; in the Pico's is the code of the tick.\n\n\
          | board | core, MHz | set-up | instructions: median, max | cycles: median, max | of 1 ms | flash, RAM |\n|---|---|---|---|---|---|---|\n",
     );
     let discovery =
@@ -256,9 +257,9 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
         "\nThe recorded walk of the gate here has 150 angles a second, joined by straight lines, and a jump at its end. At the corners the limits of rate and\n\
          acceleration act, so most steps compute every bound. In the walk of the first set-up no limit acts, and the gate takes the targets as they are: {}\n\
          instructions and {} cycles (medians; C at least {} and {}). The longest of the steps here takes {} instructions and {} cycles (C {} and {}).\n\n\
-         **The worst case of the gate**, by search: of {} steps with a pose envelope of all six edges and targets of every kind (jumps in each step and after some,\n\
-         also far out of range, ramps at up to twice the allowed rate, ends of ranges), in which each of the four limits acts, the longest takes {} instructions and {}\n\
-         cycles (median {} and {}). No loop of the gate depends on the targets: a step has four joints and six edges at most.",
+         **The worst case of the gate that is known**, by a random search: of {} steps of one robot with a pose envelope of all six edges, on finite targets of every\n\
+         kind (jumps in each step and after some, also far out of range, ramps at up to twice the allowed rate, ends of ranges), in which each of the four limits acts,\n\
+         the longest takes {} instructions and {} cycles (median {} and {}). No loop of the gate depends on the targets: a step has four joints and six edges at most.",
         number(stage, "instructions", "median")?,
         number(stage, "cycles", "median")?,
         number(c, "instructions", "min")?,

@@ -49,8 +49,8 @@ impl Origin {
         matches!(self, Self::Serial(_) | Self::Log(Source::Tcp(_)) | Self::Lines(Source::Tcp(_)))
     }
 
-    /// Whether the bytes can only be those of a chip: a port of hardware, or what a debug probe reads. A pseudo-terminal is mostly that of a virtual board,
-    /// and a file can be of both.
+    /// Whether the bytes are those of a chip: from a port of hardware, or from what reads a log through a debug probe, which a virtual board does not serve. A
+    /// pseudo-terminal is mostly that of a virtual board, and a file can be of both.
     #[must_use]
     pub fn is_of_a_chip(&self) -> bool {
         match self {
