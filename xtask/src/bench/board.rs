@@ -324,8 +324,8 @@ fn rare_interrupts(programs: &Programs) -> Result<Value> {
     run.arg("--trace-execution").arg(&trace);
     // The walk ends with the emergency stop, which `watch` takes for a failure.
     let finished = shell::with_deadline(&mut run, RARE_DEADLINE, &programs.folder.join("rare.log"))?;
-    let lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let end = lines.filter(|line| line["type"] == "end").last().unwrap_or_default();
+    let mut lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let end = lines.rfind(|line| line["type"] == "end").unwrap_or_default();
     let walked = end["has_armed"] == true && end["cause"] == "break_input";
     ensure!(walked, "the emergency stop does not end the walk\n{}", finished.tail(20));
     let counted = programs.count(&trace, RARE_SECS, &[])?;

@@ -43,7 +43,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
         number(&tick["cycles"]["median"])?
     );
     let reason = name(&result["reason"]).context("the reason of the numbers")?;
-    let _ = writeln!(text, "Why they changed the last time: {reason}.\n");
+    let _ = writeln!(text, "Why they changed the last time:\n{reason}.\n");
     text += "## A tick in each set-up\n\n";
     text += "A tick is the interrupt at the end of the samples and the control task. The last column is all code, with the tasks below the tick and\n\
              the other interrupts, as a part of the processor's time, the mean over the run.\n\n";
@@ -166,7 +166,7 @@ fn board_row(board: &Value, set_up: &str, tick: &Value) -> Result<String> {
 /// The medians beside those of the first count.
 fn since_the_first(set_ups: &[Value]) -> Result<String> {
     let mut text = String::from(
-        "\nThe medians beside those of the first count (commit `2355e0dc`), with the same setpoints to the bit. The model of cycles of that day had two cycles\n\
+        "\nThe medians beside those of the first count (commit `2355e0dc`). The model of cycles of that day had two cycles\n\
          for MLA and MLS, and one for a move between the core and the floating-point unit:\n\n\
          | set-up | instructions then, now | modelled cycles then, now |\n|---|---|---|\n",
     );
@@ -255,19 +255,22 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
     let _ = writeln!(
         text,
         "\nThe recorded walk of the gate here has 150 angles a second, joined by straight lines, and a jump at its end. At the corners the limits of rate and\n\
-         acceleration act, so most steps compute every bound. In the walk of the first set-up no limit acts, and the gate takes the targets as they are: {}\n\
-         instructions and {} cycles (medians; C at least {} and {}). The longest of the steps here takes {} instructions and {} cycles (C {} and {}).\n\n\
+         acceleration act, so most steps compute every bound. The shortest takes {} instructions and {} cycles (C {}\n\
+         and {}), the longest {} and {} (C {} and {}). In the walk of the first set-up, where C was not run, no limit acts, and the gate takes the targets as they\n\
+         are: {} instructions and {} cycles (medians).\n\n\
          **The worst case of the gate that is known**, by a random search: of {} steps of one robot with a pose envelope of all six edges, on finite targets of every\n\
          kind (jumps in each step and after some, also far out of range, ramps at up to twice the allowed rate, ends of ranges), in which each of the four limits acts,\n\
          the longest takes {} instructions and {} cycles (median {} and {}). No loop of the gate depends on the targets: a step has four joints and six edges at most.",
-        number(stage, "instructions", "median")?,
-        number(stage, "cycles", "median")?,
+        number(rust, "instructions", "min")?,
+        number(rust, "cycles", "min")?,
         number(c, "instructions", "min")?,
         number(c, "cycles", "min")?,
         number(rust, "instructions", "max")?,
         number(rust, "cycles", "max")?,
         number(c, "instructions", "max")?,
         number(c, "cycles", "max")?,
+        number(stage, "instructions", "median")?,
+        number(stage, "cycles", "median")?,
         of["gate_any"]["steps"],
         number(any, "instructions", "max")?,
         number(any, "cycles", "max")?,
