@@ -90,6 +90,13 @@ impl Client {
         Self { socket, channels }
     }
 
+    /// Waits until the server has read the subscriptions, before the board runs: it answers what came after them.
+    fn wait_for_subscriptions(&mut self) {
+        self.socket.send(Message::Ping(Vec::new().into())).unwrap();
+        let answer = self.socket.read().unwrap();
+        assert!(matches!(answer, Message::Pong(_)), "{answer:?}");
+    }
+
     /// The next message: topic, time in ns, payload; `None` when the server has closed the connection.
     fn next(&mut self) -> Option<(String, u64, Vec<u8>)> {
         loop {
@@ -127,6 +134,7 @@ fn foxglove_gets_joints_state_and_robot_while_the_board_runs() {
     let mut watched = Watched::start(bench.watch().args(["--json", "--secs", "3", "--foxglove", "127.0.0.1:0"]));
     let address = watched.line("foxglove: ");
     let mut client = Client::connect(&address, "foxglove.sdk.v1");
+    client.wait_for_subscriptions();
     std::fs::write(bench.path("go"), "").unwrap();
     let mut of: BTreeMap<String, Vec<(u64, Vec<u8>)>> = BTreeMap::new();
     let mut first_at = None;
