@@ -13,14 +13,8 @@ pub(super) const JSON: &str = "docs/performance.json";
 /// What stands before the tables.
 const HEAD: &str = include_str!("performance_head.txt");
 
-/// Medians of the tick when it was first counted, of the image of commit `2355e0dc`: instructions and modelled cycles in each set-up.
-const FIRST: [(&str, u64, u64); 5] = [
-    ("default", 6142, 11806),
-    ("thesis parameters", 6085, 11780),
-    ("four sensors", 7568, 13968),
-    ("follower", 10489, 20868),
-    ("four sensors + follower", 11916, 23031),
-];
+/// Medians of the first count, of the image of its commit: parts in each set-up by their names of today, generators, and memory.
+const FIRST: &str = include_str!("first_count.json");
 
 /// The page, as Markdown.
 pub(super) fn page(result: &Value) -> Result<String> {
@@ -62,7 +56,6 @@ pub(super) fn page(result: &Value) -> Result<String> {
             set_up["load_percent"]
         );
     }
-    text += &since_the_first(set_ups)?;
     text += "\n## Each kind of generator\n\nThe stage `generate` of a tick: observation of the person, a step, the check of the state, and four angles.\n\n";
     text += "| kind | instructions: min, median, p99, max | modelled cycles: min, median, p99, max |\n|---|---|---|\n";
     for one in result["generators"].as_array().context("no generators")? {
@@ -75,6 +68,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
             spread(&cost["cycles"])?
         );
     }
+    text += &since_the_first(result)?;
     text += &other_boards(first, result)?;
     text += &beside_c(&result["beside_c"])?;
     text += &gate_in_a_walk(first, &result["beside_c"])?;
@@ -164,22 +158,59 @@ fn board_row(board: &Value, set_up: &str, tick: &Value) -> Result<String> {
 }
 
 /// The medians beside those of the first count.
-fn since_the_first(set_ups: &[Value]) -> Result<String> {
-    let mut text = String::from(
-        "\nThe medians beside those of the first count (commit `2355e0dc`). The model of cycles of that day had two cycles\n\
-         for MLA and MLS, and one for a move between the core and the floating-point unit:\n\n\
+fn since_the_first(result: &Value) -> Result<String> {
+    let first: Value = serde_json::from_str(FIRST).context("reading the first count")?;
+    let number = |value: &Value| value.as_u64().context("a number of the first count is missing");
+    let beside = |then: &Value, now: &Value| -> Result<String> {
+        let (then, now) = (number(then)?, number(now)?);
+        let part = if then == 0 { "-".to_owned() } else { format!("{:.0} %", now as f64 / then as f64 * 100.0) };
+        Ok(format!("{then}, {now}: {part}"))
+    };
+    let row = |what: &str, then: &Value, now: &Value| -> Result<String> {
+        let instructions = beside(&then["instructions"], &now["instructions"]["median"])?;
+        let cycles = beside(&then["cycles"], &now["cycles"]["median"])?;
+        Ok(format!("| {what} | {instructions} | {cycles} |\n"))
+    };
+    let list = |of: &Value| of.as_array().cloned().context("a list of the first count is missing");
+    let (before, now) = (list(&first["set_ups"])?, list(&result["set_ups"])?);
+    let mut text = format!(
+        "\n## Before and after\n\nMedians beside those of the first count (commit `{}`). The model of cycles of that day had two cycles for MLA and MLS, and one for a move between\n\
+         the core and the floating-point unit. The control task was one of the executor then, in another interrupt.\n\n\
          | set-up | instructions then, now | modelled cycles then, now |\n|---|---|---|\n",
+        name(&first["commit"])?
     );
-    for (set_up, (first, instructions, cycles)) in set_ups.iter().zip(FIRST) {
-        ensure!(name(&set_up["name"])? == first, "the set-ups are not those of the first count");
-        let tick = part(set_up, "tick")?;
-        let beside = |then: u64, of: &str| -> Result<String> {
-            let now = tick[of]["median"].as_u64().context("a median is missing")?;
-            Ok(format!("{then}, {now}: {:.0} %", now as f64 / then as f64 * 100.0))
-        };
-        let _ =
-            writeln!(text, "| {first} | {} | {} |", beside(instructions, "instructions")?, beside(cycles, "cycles")?);
+    for (before, now) in before.iter().zip(&now) {
+        ensure!(before["name"] == now["name"], "the set-ups are not those of the first count");
+        text += &row(name(&now["name"])?, part(before, "tick")?, part(now, "tick")?)?;
     }
+    for kind in list(&first["generators"])? {
+        let kinds = list(&result["generators"])?;
+        let now = kinds
+            .iter()
+            .find(|now| now["kind"] == kind["kind"])
+            .context("a generator of the first count is missing")?;
+        text += &row(&format!("generator: {}", name(&kind["kind"])?), &kind, &now["cost"])?;
+    }
+    for place in [0, before.len() - 1] {
+        let (before, now) = (&before[place], &now[place]);
+        let set_up = name(&now["name"])?;
+        let _ =
+            write!(text, "\n| part, {set_up} | instructions then, now | modelled cycles then, now |\n|---|---|---|\n");
+        for then in list(&before["rows"])? {
+            let what = name(&then["part"])?;
+            text += &row(what, &then, part(now, what)?)?;
+        }
+    }
+    text += "\n| memory, bytes | then, now |\n|---|---|\n";
+    for (what, key) in [
+        ("flash", "flash_bytes"),
+        ("variables and buffers", "static_ram_bytes"),
+        ("stack, bound", "stack_bound_bytes"),
+        ("stack, used", "stack_used_bytes"),
+    ] {
+        let _ = writeln!(text, "| {what} | {} |", beside(&first["image"][key], &result["image"][key])?);
+    }
+    text += "\nSince then telemetry also proves the program in flash, and the image has records, checks and generators that it had not.\n";
     Ok(text)
 }
 
