@@ -282,6 +282,12 @@ impl<W: Write> BoardRun<'_, W> {
             }
             self.run_until(self.now_s() + LOG_S)?;
             self.drain_rtt();
+            // A board that a fault resets again and again can be between a reset and its first words: those of this boot, or of the next.
+            let end = self.now_s() + BOOT_S;
+            while self.log.as_ref().is_some_and(String::is_empty) && self.now_s() < end {
+                self.run_until(self.now_s() + PERIODIC_JOB_S)?;
+                self.drain_rtt();
+            }
         }
         Ok(self.log.take())
     }
