@@ -30,7 +30,7 @@
 //!
 //! The equations above are complete; no paper is cited for the combination of the two detectors.
 //!
-//! A step costs at most one arc tangent, which near lock is not needed, one sine, seven divisions and two square roots. The angle must be finite;
+//! A step costs one sine, seven divisions and two square roots, and unless the far error is small one arc tangent. The angle must be finite;
 //! [`Follower`](crate::entrainment::Follower) checks that and every other fault of the sensor.
 //!
 //! ```
