@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode};
 
 use firmware::board::black_pill_f411::BOARD;
 use firmware::interrupts::ENABLED;
-use firmware::lamp::Shown;
+use firmware_shared::lamp::Shown;
 use footfall::board::image::Image;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST, stop, walk_options};

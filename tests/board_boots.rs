@@ -2,7 +2,7 @@
 //! a servo pin before a gesture that arms, and the log says why the board booted.
 
 use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
-use firmware::post_mortem::LOCKOUT_STREAK;
+use firmware_shared::post_mortem::LOCKOUT_STREAK;
 use footfall::board::image::Image;
 use footfall_tests::board::Board;
 use footfall_tests::boot_log::BootLog;

@@ -1,7 +1,7 @@
 //! A sample of the campaign of faults (`cargo xtask campaign`): every fault in one state at one phase at least, which is asserted, each with its
 //! reaction in time, and no pulse beyond the limits of the robot.
 
-use firmware::post_mortem;
+use firmware_shared::post_mortem;
 use footfall::board::image::Image;
 use footfall_tests::boot_log::BootLog;
 use footfall_tests::campaign::{self, Outcome, faults_file, head, registers_file};

@@ -2,7 +2,7 @@
 
 use firmware::board::f4_discovery::BOARD;
 use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
-use firmware::lamp::Shown;
+use firmware_shared::lamp::Shown;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::ARM;
 use footfall_tests::lamps::Lamps;

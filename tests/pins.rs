@@ -68,7 +68,7 @@ fn rows_below<'t>(text: &'t str, prefix: &str, heading: &str) -> Vec<&'t str> {
 #[test]
 fn the_page_has_the_lamps_of_the_firmware() {
     let heading = "| pattern | lamp | meaning |";
-    let (page, module) = (read("docs/boards.md"), read("firmware/src/lamp.rs"));
+    let (page, module) = (read("docs/boards.md"), read("firmware-shared/src/lamp.rs"));
     let rows = rows_below(&page, "", heading);
     assert_eq!(rows, rows_below(&module, "//! ", heading));
     assert_eq!(rows.len(), 12);

@@ -38,7 +38,7 @@ const WHOLE: [&str; 15] = [
 
 /// Types with a cell of their own: file, type, and why no half value is used.
 const CELLS: [(&str, &str, &str); 4] = [
-    ("firmware-shared/kept.rs", "Kept", "a record that was cut in two fails its check sum"),
+    ("firmware-shared/program/kept.rs", "Kept", "a record that was cut in two fails its check sum"),
     (
         "firmware/src/sampling.rs",
         "Blocks",
@@ -125,8 +125,9 @@ fn each_counter_of_progress_has_one_writer() {
         let writers: Vec<&str> = tasks
             .into_iter()
             .flat_map(|task| {
-                let calls =
-                    read(format!("firmware-shared/tasks/{task}.rs")).matches(&format!("{counter}.count()")).count();
+                let calls = read(format!("firmware-shared/program/tasks/{task}.rs"))
+                    .matches(&format!("{counter}.count()"))
+                    .count();
                 std::iter::repeat_n(task, calls)
             })
             .collect();
@@ -137,8 +138,8 @@ fn each_counter_of_progress_has_one_writer() {
 /// The two ends of each queue go to one task each: those of the ticks into `Control`, the others to telemetry and the serial port.
 #[test]
 fn each_queue_has_one_writer_and_one_reader() {
-    let control = read("firmware-shared/tasks/control.rs");
-    let (telemetry, serial) = (read("firmware-shared/tasks/telemetry.rs"), read("firmware/src/serial.rs"));
+    let control = read("firmware-shared/program/tasks/control.rs");
+    let (telemetry, serial) = (read("firmware-shared/program/tasks/telemetry.rs"), read("firmware/src/serial.rs"));
     let ends = |text: &str, end: &str| -> BTreeSet<String> {
         // Fields of a struct; not the argument of a function.
         let fields = code(text).filter(|line| line.contains(&format!(": {end}<'static,")) && !line.contains("fn "));

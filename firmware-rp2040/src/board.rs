@@ -69,8 +69,8 @@ pub const GENERATOR_SECTOR: u32 = 0x1010_0000;
 pub const SENSORS_SECTOR: u32 = 0x1010_4000;
 /// First address of the robot record's flash sector.
 pub const ROBOT_SECTOR: u32 = 0x1010_8000;
-/// Bytes of each of these sectors, as in the other family: four of the flash chip's.
-pub const SECTOR_BYTES: usize = firmware::board::SECTOR_BYTES;
+/// Bytes of each of these sectors: four of the flash chip's, which have 4 KiB. The tools write the same number for every family.
+pub const SECTOR_BYTES: usize = 16 * 1024;
 
 #[cfg(test)]
 mod tests {

@@ -2,11 +2,11 @@
 
 use embassy_executor::{Executor, SpawnError, SpawnToken};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
-use firmware::lamp::Shown;
-use firmware::pacing::Pacer;
-use firmware::post_mortem::LOCKOUT_STREAK;
-use firmware::pulse_check::PulseCheck;
 use firmware_rp2040::board::{BOARD, NO_FOLLOWER};
+use firmware_shared::lamp::Shown;
+use firmware_shared::pacing::Pacer;
+use firmware_shared::post_mortem::LOCKOUT_STREAK;
+use firmware_shared::pulse_check::PulseCheck;
 use heapless::spsc::Queue;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_at};
 use joint_loop::tuning::{Answer, Request, Settings};

@@ -7,8 +7,8 @@
 use cortex_m::peripheral::NVIC;
 use embassy_rp::interrupt;
 use embassy_rp::pac::{IO_BANK0, SYSCFG};
-use firmware::post_mortem::{Cause, Record};
 use firmware_rp2040::board::BOARD;
+use firmware_shared::post_mortem::{Cause, Record};
 
 use crate::faults::die;
 use crate::pins::{PinRegisters, Pull};

@@ -3,7 +3,7 @@
 
 use cortex_m_rt::exception;
 use embassy_rp::pac::{VREG_AND_CHIP_RESET, WATCHDOG};
-use firmware::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
+use firmware_shared::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
 use wire::{LastOutputs, Reset};
 
 use crate::kept::Kept;

@@ -1,7 +1,7 @@
-//! Drives the board's lamp, see [`firmware::lamp`]: one lamp shows pulses and faults.
+//! Drives the board's lamp, see [`firmware_shared::lamp`]: one lamp shows pulses and faults.
 
-use firmware::lamp::{STEP_MS, Shown};
 use firmware_rp2040::board::BOARD;
+use firmware_shared::lamp::{STEP_MS, Shown};
 
 use crate::pins::PinRegisters;
 use crate::stopwatch;

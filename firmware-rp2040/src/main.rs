@@ -37,18 +37,18 @@ mod faults;
 #[cfg(target_os = "none")]
 mod float;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/kept.rs"]
+#[path = "../../firmware-shared/program/kept.rs"]
 mod kept;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/kept_outputs.rs"]
+#[path = "../../firmware-shared/program/kept_outputs.rs"]
 mod kept_outputs;
 #[cfg(target_os = "none")]
 mod lamps;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/log.rs"]
+#[path = "../../firmware-shared/program/log.rs"]
 mod log;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/parameters.rs"]
+#[path = "../../firmware-shared/program/parameters.rs"]
 mod parameters;
 #[cfg(target_os = "none")]
 mod pins;
@@ -57,7 +57,7 @@ mod program;
 #[cfg(target_os = "none")]
 mod protections;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/queue.rs"]
+#[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
 #[cfg(target_os = "none")]
 mod sampling;
@@ -68,22 +68,22 @@ mod servo_pwm;
 #[cfg(target_os = "none")]
 mod servo_rail;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/stack.rs"]
+#[path = "../../firmware-shared/program/stack.rs"]
 mod stack;
 #[cfg(target_os = "none")]
 mod stopwatch;
 #[cfg(target_os = "none")]
 mod sync_input;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/tasks/mod.rs"]
+#[path = "../../firmware-shared/program/tasks/mod.rs"]
 mod tasks;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/variant.rs"]
+#[path = "../../firmware-shared/program/variant.rs"]
 mod variant;
 #[cfg(target_os = "none")]
 mod watchdog;
 #[cfg(target_os = "none")]
-#[path = "../../firmware-shared/watchdog_clock.rs"]
+#[path = "../../firmware-shared/program/watchdog_clock.rs"]
 mod watchdog_clock;
 
 #[cfg(not(target_os = "none"))]

@@ -13,10 +13,10 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_rp::pac;
 use embassy_rp::pac::pwm::Channel;
 use embassy_rp::pac::pwm::regs::{ChCc, ChCsr};
-use firmware::frame_phase::{FRAME_US, FramePhase};
-use firmware::pacing::PERIOD_US;
 use firmware_rp2040::board::BOARD;
 use firmware_rp2040::timing::{CORE_MHZ, FRAME_STARTS_US};
+use firmware_shared::frame_phase::{FRAME_US, FramePhase};
+use firmware_shared::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
 use crate::pins::{self, PinRegisters};

@@ -5,9 +5,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use embassy_rp::pac::{TIMER, WATCHDOG};
-use firmware::pacing::since;
 use firmware_rp2040::timing::CORE_MHZ;
 use firmware_rp2040::watchdog_time::equivalent;
+use firmware_shared::pacing::since;
 use joint_loop::WatchdogHz;
 
 /// SysTick counts down 24 bits.

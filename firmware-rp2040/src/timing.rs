@@ -1,12 +1,12 @@
 //! Times of a control period: conversions, and what counts as late.
 
-use firmware::pacing::PERIOD_US;
+use firmware_shared::pacing::PERIOD_US;
 
 /// Clock of the core, MHz. 133 MHz is the most of the chip's first data sheet; Raspberry Pi has released 200 MHz at a core voltage of 1.15 V since.
 pub const CORE_MHZ: u32 = 200;
 
 /// A tick that starts later than this after the last conversion of its block counts as late.
-pub const LATE_US: u32 = firmware::pacing::LATE_US;
+pub const LATE_US: u32 = 100;
 
 /// A tick that ends later than this after the last conversion of its block counts as late too: before the next servo frame can start. The
 /// chip computes floating-point numbers in software, so a tick takes longer than on the other family.
@@ -52,7 +52,7 @@ pub const fn converted_us(now_us: u32, later: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use firmware::pacing::Pacer;
+    use firmware_shared::pacing::Pacer;
 
     #[test]
     fn an_interrupt_held_off_is_stamped_within_one_conversion() {

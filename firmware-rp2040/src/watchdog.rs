@@ -1,4 +1,4 @@
-//! The watchdog: started once, never stopped, and running on while a debugger halts the core. [`firmware::liveness`] decides when to reload it.
+//! The watchdog: started once, never stopped, and running on while a debugger halts the core. [`firmware_shared::liveness`] decides when to reload it.
 
 use embassy_rp::pac::watchdog::regs::Load;
 use embassy_rp::pac::{PSM, WATCHDOG};

@@ -5,11 +5,11 @@
 //! So the board measures how fast the watchdog's counter falls, by the core's clock, and gives the loop the frequency that the other family's
 //! watchdog needs for the same time-out: the loop's limits ([`joint_loop::control::watchdog_clock`]) are limits of the time-out.
 
-use firmware::liveness::{PRESCALER, RELOAD};
+use firmware_shared::liveness::{PRESCALER, RELOAD};
 use joint_loop::WatchdogHz;
 
 /// From a reload to the reset, us: as the other family's watchdog at its nominal frequency.
-pub const TIMEOUT_US: u32 = firmware::liveness::timeout_us(32_000);
+pub const TIMEOUT_US: u32 = firmware_shared::liveness::timeout_us(32_000);
 
 /// The counter falls by two in a microsecond (erratum RP2040-E1).
 pub const COUNTS_A_US: u32 = 2;

@@ -6,7 +6,7 @@
 //! the independent watchdog.
 
 use embassy_stm32::pac::RCC;
-use firmware::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
+use firmware_shared::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
 use wire::{LastOutputs, Reset};
 
 use crate::kept::Kept;
@@ -95,7 +95,7 @@ mod handlers {
 
     use cortex_m_rt::exception;
     use embassy_stm32::pac::RCC;
-    use firmware::post_mortem::{Cause, Record};
+    use firmware_shared::post_mortem::{Cause, Record};
 
     use super::die;
     use crate::servo_pwm::outputs_off;

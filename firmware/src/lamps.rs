@@ -1,9 +1,9 @@
-//! Drives the board's lamps, see [`firmware::lamp`].
+//! Drives the board's lamps, see [`firmware_shared::lamp`].
 
 use embassy_stm32::pac::RCC;
 use embassy_stm32::pac::gpio::vals::Moder;
 use firmware::board::{BOARD, Pin};
-use firmware::lamp::{Lamp, STEP_MS, Shown};
+use firmware_shared::lamp::{Lamp, STEP_MS, Shown};
 
 use crate::pins::PinRegisters;
 use crate::{clocks, stopwatch};

@@ -29,37 +29,37 @@ mod crystal_timer;
 mod debugger;
 mod environment;
 mod faults;
-#[path = "../../firmware-shared/kept.rs"]
+#[path = "../../firmware-shared/program/kept.rs"]
 mod kept;
-#[path = "../../firmware-shared/kept_outputs.rs"]
+#[path = "../../firmware-shared/program/kept_outputs.rs"]
 mod kept_outputs;
 mod lamps;
-#[path = "../../firmware-shared/log.rs"]
+#[path = "../../firmware-shared/program/log.rs"]
 mod log;
-#[path = "../../firmware-shared/parameters.rs"]
+#[path = "../../firmware-shared/program/parameters.rs"]
 mod parameters;
 mod pins;
 mod program;
-#[path = "../../firmware-shared/queue.rs"]
+#[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
 mod sampling;
 mod serial;
 mod servo_pwm;
 mod servo_rail;
-#[path = "../../firmware-shared/stack.rs"]
+#[path = "../../firmware-shared/program/stack.rs"]
 mod stack;
 mod stopwatch;
 mod sync_input;
-#[path = "../../firmware-shared/tasks/mod.rs"]
+#[path = "../../firmware-shared/program/tasks/mod.rs"]
 mod tasks;
-#[path = "../../firmware-shared/variant.rs"]
+#[path = "../../firmware-shared/program/variant.rs"]
 mod variant;
 mod watchdog;
-#[path = "../../firmware-shared/watchdog_clock.rs"]
+#[path = "../../firmware-shared/program/watchdog_clock.rs"]
 mod watchdog_clock;
 
 // What all families share names these two by the crate that compiles it, as each family has its own.
-use firmware::{board, pacing as timing};
+use firmware::{board, timing};
 
 #[cfg(target_os = "none")]
 mod boot {
@@ -70,10 +70,10 @@ mod boot {
     use firmware::board::{BOARD, OtherChip};
     use firmware::crystal::HseFault;
     use firmware::interrupts::{BLOCK_END, BREAK, EDGE, Enabled, TASK_CLOCK, TICK};
-    use firmware::lamp::Shown;
-    use firmware::pacing::Pacer;
-    use firmware::post_mortem::LOCKOUT_STREAK;
-    use firmware::pulse_check::PulseCheck;
+    use firmware_shared::lamp::Shown;
+    use firmware_shared::pacing::Pacer;
+    use firmware_shared::post_mortem::LOCKOUT_STREAK;
+    use firmware_shared::pulse_check::PulseCheck;
     use heapless::spsc::Queue;
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_at};
     use joint_loop::tuning::{Answer, Request, Settings};

@@ -5,8 +5,8 @@
 
 use core::ops::Range;
 
-use firmware::pacing::since;
 use firmware::seal::{Check, SEAL, Unproven, WORDS};
+use firmware_shared::pacing::since;
 use portable_atomic::{AtomicU8, Ordering};
 
 use crate::parameters::flash;

@@ -23,8 +23,8 @@ use embassy_stm32::pac::timer::regs::{BdtrAdv, CcerAdv, CcmrOutputGp16, Cr1Gp16,
 use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
 use firmware::board::{BOARD, Port};
-use firmware::frame_phase::{FRAME_US, FramePhase};
-use firmware::pacing::PERIOD_US;
+use firmware_shared::frame_phase::{FRAME_US, FramePhase};
+use firmware_shared::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};

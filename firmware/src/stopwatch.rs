@@ -12,8 +12,8 @@ use embassy_stm32::pac::rcc::vals::Sw;
 use embassy_stm32::pac::timer::regs::{CcerGp16, DierGp16, SrGp16};
 use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::pac::{RCC, TIM5};
-use firmware::oscillator::{EDGES_A_CAPTURE, INTERVALS, TIMEOUT_US, frequency};
-use firmware::pacing::since;
+use firmware_shared::oscillator::{EDGES_A_CAPTURE, INTERVALS, TIMEOUT_US, frequency};
+use firmware_shared::pacing::since;
 use joint_loop::WatchdogHz;
 
 use crate::clocks::{self, APB1_TIMER_MHZ};

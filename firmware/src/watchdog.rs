@@ -1,4 +1,4 @@
-//! The independent watchdog: started once, never stopped, and running on while a debugger halts the core. [`firmware::liveness`] decides
+//! The independent watchdog: started once, never stopped, and running on while a debugger halts the core. [`firmware_shared::liveness`] decides
 //! when to reload it.
 //!
 //! Its clock is measured by [`crate::stopwatch`].
@@ -7,8 +7,8 @@
 
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
-use firmware::liveness::{PRESCALER, RELOAD};
-use firmware::pacing::since;
+use firmware_shared::liveness::{PRESCALER, RELOAD};
+use firmware_shared::pacing::since;
 
 use crate::stopwatch;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use firmware::board::{Board as Table, Pin};
-use firmware::lamp::{Lamp, Shown};
+use firmware_shared::lamp::{Lamp, Shown};
 
 use crate::board::{Board, Ran};
 use crate::recordings::default_volts_file;

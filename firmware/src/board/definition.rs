@@ -104,7 +104,7 @@ pub struct Board {
     pub serial_in: Pin,
     /// Level at which the lamps are lit.
     pub lamps_lit: bool,
-    /// Lamp of the pulses, see [`crate::lamp`].
+    /// Lamp of the pulses, see [`firmware_shared::lamp`].
     pub led_pulses: Option<Pin>,
     /// Lamp of faults; without it, the other one shows faults too.
     pub led_fault: Option<Pin>,

@@ -53,10 +53,10 @@ fn words(tokens: TokenStream) -> u64 {
     tokens.into_iter().map(count).sum()
 }
 
-/// Files that several crates compile: a folder without a manifest.
-const SHARED: [&str; 1] = ["firmware-shared"];
+/// A folder of a crate beside its `src` whose files other crates compile; they count as the crate's.
+const FOR_OTHERS: &str = "program";
 
-/// The count of each crate of the workspace in this folder, by its name without the folders before it; and of each folder of shared files.
+/// The count of each crate of the workspace in this folder, by its name without the folders before it.
 ///
 /// # Errors
 ///
@@ -69,11 +69,8 @@ pub fn by_crate(root: &Path) -> Result<BTreeMap<String, u64>> {
     let mut counts = BTreeMap::new();
     for member in members.iter().filter_map(toml::Value::as_str) {
         // A crate inside of another one's folder is not in its `src`.
-        let count = in_files(&root.join(member).join("src"))?;
+        let count = in_files(&root.join(member).join("src"))? + in_files(&root.join(member).join(FOR_OTHERS))?;
         counts.insert(member.rsplit('/').next().unwrap_or(member).to_owned(), count);
-    }
-    for folder in SHARED {
-        counts.insert(folder.to_owned(), in_files(&root.join(folder))?);
     }
     Ok(counts)
 }

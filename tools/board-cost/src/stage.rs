@@ -125,7 +125,7 @@ const RULES: &[Rule] = &[
     Rule(Stage::Blend, "<joint_loop::motion::blend::Blend>::", "advance_from"),
     Rule(Stage::Gate, "<joint_loop::motion::gate::Gate>::", "limit"),
     Rule(Stage::Servo, "<joint_loop::motion::servo::ServoMap>::", "pulses"),
-    Rule(Stage::Servo, "<firmware::pulse_check::PulseCheck>::", "allows"),
+    Rule(Stage::Servo, "<firmware_shared::pulse_check::PulseCheck>::", "allows"),
     Rule(Stage::Servo, "<firmware::servo_pwm::Outputs>::", "drive"),
     Rule(Stage::Record, LOOP, ">::record"),
     Rule(Stage::Record, "<firmware::tasks::control::Control>::", "report"),

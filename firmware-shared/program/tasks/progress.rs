@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use firmware::liveness::Progress;
+use firmware_shared::liveness::Progress;
 
 use crate::stopwatch;
 

@@ -15,7 +15,7 @@ const MOST_CUT: u32 = 0xFFFF;
 /// The state as words; of more than 65,535 cut pulses that number is kept.
 ///
 /// ```
-/// use firmware::last_outputs::{WORDS, from_words, to_words};
+/// use firmware_shared::last_outputs::{WORDS, from_words, to_words};
 /// use wire::LastOutputs;
 /// let last = LastOutputs { pulses_us: [1500, 1520, 1056, 900], on: true, cut: 2 };
 /// assert_eq!(from_words(&to_words(&last)), Some(last));

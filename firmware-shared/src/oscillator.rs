@@ -27,7 +27,7 @@ const _: () = assert!(
 /// Frequency of an oscillator whose [`INTERVALS`] take so long, rounded; 0 for no time.
 ///
 /// ```
-/// use firmware::oscillator::frequency;
+/// use firmware_shared::oscillator::frequency;
 /// use joint_loop::WatchdogHz;
 /// assert_eq!([1_000, 680, 0].map(frequency), [WatchdogHz(32_000), WatchdogHz(47_059), WatchdogHz(0)]);
 /// ```

@@ -1,6 +1,6 @@
-//! Keeps the state of the servo outputs in RAM that a reset does not clear, see [`firmware::last_outputs`].
+//! Keeps the state of the servo outputs in RAM that a reset does not clear, see [`firmware_shared::last_outputs`].
 
-use firmware::last_outputs::{WORDS, from_words, is_kept_by, to_words};
+use firmware_shared::last_outputs::{WORDS, from_words, is_kept_by, to_words};
 use joint_units::PulseMicros;
 use wire::{LastOutputs, Reset};
 

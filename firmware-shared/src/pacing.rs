@@ -1,7 +1,7 @@
 //! Counts control periods by a free-running hardware clock, not by the number of wake-ups of a task.
 //!
-//! The timer triggers the converter every [`TRIGGER_US`]; the interrupt at the end of a period's last scan stamps its sample with the
-//! time of that scan's trigger. Whatever delayed the processor in between (an interrupt mask, a flash stall, a long log), the difference of
+//! The interrupt at the end of a period's last scan stamps its sample with a time of that scan, which each family computes from the converter's
+//! clock. Whatever delayed the processor in between (an interrupt mask, a flash stall, a long log), the difference of
 //! two stamps is the number of periods that passed: missed ticks are counted, but not executed later.
 //!
 //! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so only differences are meaningful.
@@ -11,43 +11,17 @@ use core::hint::cold_path;
 /// The control period, 1 kHz.
 pub const PERIOD_US: u32 = 1_000;
 
-/// The converter is triggered four times a period.
-pub const TRIGGER_US: u32 = PERIOD_US / hgod_adc::OVERSAMPLING as u32;
-const _: () = assert!(PERIOD_US.is_multiple_of(TRIGGER_US), "a whole number of triggers a period");
-
-/// A tick that starts later than this after its trigger counts as late. The scan takes 54 us of it with one sensor, 77 us with four.
-pub const LATE_US: u32 = 100;
-
-/// A tick that ends later than this after its trigger counts as late too: half a period, and before the next servo frame can start.
-pub const LATE_END_US: u32 = 500;
+/// Time between two scans of a period, us.
+pub const SCAN_PERIOD_US: u32 = PERIOD_US / hgod_adc::OVERSAMPLING as u32;
+const _: () = assert!(PERIOD_US.is_multiple_of(SCAN_PERIOD_US), "a whole number of scans a period");
 
 /// A sample older than this is not used.
 pub const STALE_US: u32 = 5_000;
 
-/// When the last scan of the block that has just been read was triggered.
-///
-/// `since_trigger_us` is the time since the newest trigger, `scans_since` the number of scans that have ended since the block did: none,
-/// unless the interrupt was held off. A scan takes at least `scan_us`, so sooner than that after the newest trigger there is one more
-/// trigger than there are scans.
-///
-/// ```
-/// use firmware::pacing::trigger_us;
-/// assert_eq!(trigger_us(50_054, 54, 0, 54), 50_000);
-/// // Held off until the next scan was under way, and until it had ended.
-/// assert_eq!(trigger_us(50_255, 5, 0, 54), 50_000);
-/// assert_eq!(trigger_us(50_355, 105, 1, 54), 50_000);
-/// ```
-#[must_use]
-pub const fn trigger_us(now_us: u32, since_trigger_us: u32, scans_since: u32, scan_us: u32) -> u32 {
-    let newest = now_us.wrapping_sub(since_trigger_us);
-    let under_way = (since_trigger_us < scan_us) as u32;
-    newest.wrapping_sub((scans_since + under_way).wrapping_mul(TRIGGER_US))
-}
-
 /// Time from `then_us` to `now_us`; 0 if `now_us` is before `then_us` (two counters read one after the other may differ by one).
 ///
 /// ```
-/// use firmware::pacing::since;
+/// use firmware_shared::pacing::since;
 /// assert_eq!((since(1_040, 1_000), since(4, u32::MAX), since(999, 1_000)), (40, 5, 0));
 /// ```
 #[must_use]
@@ -56,10 +30,10 @@ pub const fn since(now_us: u32, then_us: u32) -> u32 {
     if passed > u32::MAX / 2 { 0 } else { passed }
 }
 
-/// The count of periods is corrected when it differs from the clock by more than this. No multiple of [`TRIGGER_US`] is near, so a
+/// The count of periods is corrected when it differs from the clock by more than this. No multiple of [`SCAN_PERIOD_US`] is near, so a
 /// converter that restarted at another quarter of the period does not cause repeated corrections.
 const ASTRAY_US: i32 = 800;
-const _: () = assert!(ASTRAY_US % TRIGGER_US as i32 > 10 && ASTRAY_US < PERIOD_US as i32, "between two quarters");
+const _: () = assert!(ASTRAY_US % SCAN_PERIOD_US as i32 > 10 && ASTRAY_US < PERIOD_US as i32, "between two quarters");
 
 /// Turns the stamps of successive samples into whole periods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -76,7 +50,7 @@ impl Pacer {
     /// remainders add up, so that after any number of samples the count differs from the clock by less than a period.
     ///
     /// ```
-    /// use firmware::pacing::Pacer;
+    /// use firmware_shared::pacing::Pacer;
     /// let mut pacer = Pacer::default();
     /// let periods = [10_000, 11_001, 14_000, 14_001].map(|stamp| pacer.elapsed(stamp));
     /// assert_eq!(periods, [1, 1, 3, 0]);
@@ -153,10 +127,10 @@ mod tests {
             seed >> 16
         };
         for n in 0..20_000_u32 {
-            let elapsed = pacer.elapsed((quarters * TRIGGER_US).wrapping_add(random() % 3));
+            let elapsed = pacer.elapsed((quarters * SCAN_PERIOD_US).wrapping_add(random() % 3));
             assert!((1..=3).contains(&elapsed), "{elapsed} periods at sample {n}");
             total += elapsed;
-            let passed_us = quarters * TRIGGER_US + PERIOD_US;
+            let passed_us = quarters * SCAN_PERIOD_US + PERIOD_US;
             assert!((total * PERIOD_US).abs_diff(passed_us) < 1_100, "{total} periods after {passed_us} us");
             quarters += 4 + if n % 100 == 99 { random() % 5 } else { 0 };
         }
@@ -169,24 +143,5 @@ mod tests {
         assert_eq!(pacer.elapsed(5_000), 0);
         assert_eq!(pacer.elapsed(4_000), 0);
         assert_eq!(pacer.elapsed(6_000), 1);
-    }
-
-    #[test]
-    fn an_interrupt_held_off_is_stamped_with_its_own_trigger() {
-        // Scans end 54 us after triggers at multiples of 250 us, blocks at multiples of 1 000 us; the counters wrap in between. Whenever
-        // the block of 7 000 is read before the next one ends, its stamp is 7 000.
-        const SCAN_US: u32 = 54;
-        let base = u32::MAX - 7_500;
-        for held_off in SCAN_US..PERIOD_US + SCAN_US {
-            let since_trigger = held_off % TRIGGER_US;
-            let ended = (held_off - SCAN_US) / TRIGGER_US;
-            let stamp = trigger_us(base.wrapping_add(7_000 + held_off), since_trigger, ended, SCAN_US);
-            assert_eq!(stamp, base.wrapping_add(7_000), "held off until {held_off} us after the trigger");
-        }
-        // Read at 8 010, ten microseconds after the next trigger, it is a tick, and so is the one that follows.
-        let mut pacer = Pacer::default();
-        assert_eq!(pacer.elapsed(trigger_us(6_054, 54, 0, SCAN_US)), 1);
-        assert_eq!(pacer.elapsed(trigger_us(8_010, 10, 3, SCAN_US)), 1);
-        assert_eq!(pacer.elapsed(trigger_us(8_054, 54, 0, SCAN_US)), 1);
     }
 }

@@ -9,7 +9,7 @@
 use core::fmt::Display;
 
 use crate::board::BOARD;
-use firmware::post_mortem::LOCKOUT_STREAK;
+use firmware_shared::post_mortem::LOCKOUT_STREAK;
 use heapless::String;
 use joint_units::AdcCode;
 use wire::{Boot, Record, Refused, Subject, VERSION};
@@ -95,8 +95,8 @@ pub(crate) use lines::{
 mod lines {
     use defmt::{Format, Formatter};
     use defmt_rtt as _;
-    use firmware::liveness::Part;
-    use firmware::post_mortem::Cause;
+    use firmware_shared::liveness::Part;
+    use firmware_shared::post_mortem::Cause;
     use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
     use wire::{Boot, Change, Frame, LastOutputs, RecordId, Refused};
@@ -267,7 +267,7 @@ mod lines {
 /// The host has no log: it only checks the types.
 #[cfg(not(target_os = "none"))]
 mod lines {
-    use firmware::liveness::Part;
+    use firmware_shared::liveness::Part;
     use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
     use wire::{Boot, Change, Frame, LastOutputs, Refused};

@@ -48,7 +48,7 @@ const SLACK_TICKS: u32 = 2;
 /// Time from the last reload to the reset, us.
 ///
 /// ```
-/// use firmware::liveness::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ, timeout_us};
+/// use firmware_shared::liveness::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ, timeout_us};
 /// assert_eq!(timeout_us(32_000), 20_000);
 /// assert_eq!((timeout_us(LSI_FASTEST_HZ), timeout_us(LSI_SLOWEST_HZ)), (13_576, 37_760));
 /// ```
@@ -76,7 +76,7 @@ pub const PACE_LOST_PERCENT: u32 = 10;
 /// [`PACE_US`] have passed, [`Liveness::Stalled`] otherwise.
 ///
 /// ```
-/// use firmware::liveness::{Liveness, Part, Progress, keeps_pace};
+/// use firmware_shared::liveness::{Liveness, Part, Progress, keeps_pace};
 /// let from = Progress::default();
 /// let now = Progress { control: 92, sensor: 92, telemetry: 40, now_us: 100_000 };
 /// assert_eq!(keeps_pace(&from, &now), Liveness::Alive);
@@ -163,7 +163,7 @@ pub enum Liveness {
 /// Compares the progress since the last reload with the time since then.
 ///
 /// ```
-/// use firmware::liveness::{Part, Progress, Liveness, judge};
+/// use firmware_shared::liveness::{Part, Progress, Liveness, judge};
 /// let fed = Progress::default();
 /// let healthy = Progress { control: 5, sensor: 5, telemetry: 2, now_us: 5_000 };
 /// assert_eq!(judge(&fed, &healthy), Liveness::Alive);

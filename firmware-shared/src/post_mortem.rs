@@ -91,11 +91,11 @@ impl Cause {
 /// A crash record.
 ///
 /// ```
-/// use firmware::post_mortem::{Cause, Record};
+/// use firmware_shared::post_mortem::{Cause, Record};
 /// let crash = Record::new(Cause::Panic, [123, 0], "joint-loop/src/control/tick.rs");
 /// let back = Record::from_words(&crash.to_words()).unwrap();
 /// assert_eq!((back.cause, back.details[0], back.text()), (Cause::Panic, 123, "joint-loop/src/control/tick.rs"));
-/// assert_eq!(Record::from_words(&[0xA5A5_A5A5; firmware::post_mortem::WORDS]), None);
+/// assert_eq!(Record::from_words(&[0xA5A5_A5A5; firmware_shared::post_mortem::WORDS]), None);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Record {

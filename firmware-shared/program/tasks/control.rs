@@ -10,9 +10,9 @@ use portable_atomic::{AtomicPtr, AtomicU32, Ordering};
 
 use crate::board::BOARD;
 use crate::timing::{LATE_END_US, LATE_US};
-use firmware::lamp::Shown;
-use firmware::pacing::{Pacer, since};
-use firmware::pulse_check::PulseCheck;
+use firmware_shared::lamp::Shown;
+use firmware_shared::pacing::{Pacer, since};
+use firmware_shared::pulse_check::PulseCheck;
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;

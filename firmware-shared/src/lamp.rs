@@ -96,7 +96,7 @@ impl Shown {
     /// The lamp that is lit at this time since the pattern began, ms; the other one is dark.
     ///
     /// ```
-    /// use firmware::lamp::{Lamp, Shown};
+    /// use firmware_shared::lamp::{Lamp, Shown};
     /// assert_eq!([0, 40, 60].map(|ms| Shown::Disarmed.lit(ms)), [Some(Lamp::Pulses), Some(Lamp::Pulses), None]);
     /// assert_eq!(Shown::Armed.lit(123_456), Some(Lamp::Pulses));
     /// ```

@@ -1,11 +1,11 @@
 //! The watchdog task: reloads the independent watchdog while sampling, control and telemetry make progress. It runs in the thread of
 //! telemetry, so that a thread without processor time is detected too. The rules are
-//! [`firmware::liveness::judge`] and [`firmware::liveness::keeps_pace`].
+//! [`firmware_shared::liveness::judge`] and [`firmware_shared::liveness::keeps_pace`].
 
 use embassy_time::Timer;
-use firmware::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge, keeps_pace};
-use firmware::oscillator::MEASURED_EVERY_S;
-use firmware::post_mortem::{Cause, Record, STABLE_RUN_S};
+use firmware_shared::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge, keeps_pace};
+use firmware_shared::oscillator::MEASURED_EVERY_S;
+use firmware_shared::post_mortem::{Cause, Record, STABLE_RUN_S};
 
 use super::progress::progress;
 use crate::{faults, log, servo_pwm, watchdog, watchdog_clock};

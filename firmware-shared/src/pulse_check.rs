@@ -8,7 +8,7 @@
 //! knows no position before the first pulse.
 //!
 //! ```
-//! use firmware::pulse_check::PulseCheck;
+//! use firmware_shared::pulse_check::PulseCheck;
 //! use joint_loop::RobotConfig;
 //! use joint_units::PulseMicros;
 //! let mut check = PulseCheck::new(&RobotConfig::default_biped())?;

@@ -3,7 +3,7 @@
 use core::hint::cold_path;
 
 use crate::board::BOARD;
-use firmware::pacing::{STALE_US, since};
+use firmware_shared::pacing::{STALE_US, since};
 use joint_loop::{BoardFaults, SENSORS};
 use joint_units::AdcCode;
 

@@ -19,7 +19,7 @@ impl FramePhase {
     /// Compares the clock with the count of the frame, which is read after it. Call it once in 71 minutes at least.
     ///
     /// ```
-    /// use firmware::frame_phase::FramePhase;
+    /// use firmware_shared::frame_phase::FramePhase;
     /// let mut phase = FramePhase::default();
     /// assert!(phase.is_kept(100_000, 340) && phase.is_kept(101_000, 1_341));
     /// assert!(!phase.is_kept(102_000, 2_600));

@@ -1,7 +1,7 @@
 //! The telemetry task: sends the contents of the control task's queues to the log and the serial port, as records of the crate `wire`.
 
 use embassy_time::Timer;
-use firmware::liveness::FEED_US;
+use firmware_shared::liveness::FEED_US;
 use heapless::spsc::Consumer;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Answer, Settings};
