@@ -14,6 +14,7 @@ mod page;
 mod pico;
 
 pub(crate) use board::compare as compare_instructions;
+pub(crate) use pico::compare as compare_pico;
 
 use std::fmt::Write as _;
 use std::process::ExitCode;

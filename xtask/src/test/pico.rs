@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use anyhow::Result;
 
 use super::state::{CannotRun, State, passed, tests};
+use crate::bench;
 use crate::board::Variant;
 use crate::pico;
 use crate::setup::Need;
@@ -13,7 +14,8 @@ use crate::shell;
 /// Pairs at random for each routine of floating-point numbers; a longer run is a command of its own (docs/pico.md).
 const PAIRS: &str = "50000";
 
-/// Installs the emulator, checks its patches, builds the image, checks its routines for floating-point numbers, and runs its tests.
+/// Installs the emulator, checks its patches, builds the image, checks its routines for floating-point numbers, runs its tests, and compares the
+/// cycles of a tick with docs/performance.json.
 pub(super) fn on_the_emulator(state: &State) -> Result<String> {
     match pico::install_emulator() {
         // A machine without a network has no packages.
@@ -29,5 +31,6 @@ pub(super) fn on_the_emulator(state: &State) -> Result<String> {
     shell::must_succeed(&mut floats, "the check of the image's routines for floating-point numbers")?;
     let variables: [(&str, &OsStr); 2] =
         [("FOOTFALL_PICO_ELF", elf.as_os_str()), ("FOOTFALL_PICO_UF2", uf2.as_os_str())];
-    passed(state, tests(state, &["--test", "pico"], &variables)?)
+    let tests = passed(state, tests(state, &["--test", "pico"], &variables)?)?;
+    Ok(format!("{tests}, {}", bench::compare_pico(&uf2, &elf)?))
 }

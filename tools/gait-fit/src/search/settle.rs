@@ -3,10 +3,8 @@
 //! A disturbance multiplies each state by 0.9 to 1.1, left and right differently. An orbit that exists only because left and right
 //! start exactly opposite does not survive it.
 
-use pulp::{Simd, WithSimd};
-
 use super::batch::each_block;
-use super::lanes::{Lanes, Singles, dispatch};
+use super::lanes::{Lanes, Work, dispatch};
 use super::network::{Field, Network, Pair, step};
 use super::waveform::Sample;
 
@@ -45,14 +43,14 @@ struct Run<'a> {
     durations: Durations,
 }
 
-impl WithSimd for Run<'_> {
+impl Work for Run<'_> {
     type Output = Vec<[Vec<Sample>; 3]>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let (l, durations) = (Singles(simd), self.durations);
+    fn run<L: Lanes>(self, l: L) -> Self::Output {
+        let durations = self.durations;
         let block: Vec<&Network> = self.block.iter().collect();
-        match block.len().div_ceil(Singles::<S>::INDIVIDUALS) {
+        match block.len().div_ceil(L::INDIVIDUALS) {
             0 | 1 => passes::<_, 1>(l, &block, durations),
             2 => passes::<_, 2>(l, &block, durations),
             3 => passes::<_, 3>(l, &block, durations),
