@@ -7,7 +7,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::objective::{Errors, Target};
-use gait_fit::search::lanes::{Doubles, Lanes, Plain, Work, dispatch};
+use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles, dispatch};
 use gait_fit::search::network::{Field, Pair, step};
 use gait_fit::search::{Network, batch};
 
@@ -71,12 +71,12 @@ struct Score<'a> {
     all: bool,
 }
 
-impl Work for Score<'_> {
+impl WithSimd for Score<'_> {
     type Output = Vec<Errors>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) -> Vec<Errors> {
-        if self.all { self.vectors::<_, true>(l) } else { self.vectors::<_, false>(l) }
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
+        if self.all { self.vectors::<_, true>(Singles(simd)) } else { self.vectors::<_, false>(Singles(simd)) }
     }
 }
 

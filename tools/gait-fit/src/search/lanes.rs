@@ -44,7 +44,8 @@ pub trait Lanes: Copy {
     fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
     /// c - a b, rounded once.
     fn sub_mul(self, c: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    /// a + 2 b, rounded once: the double is exact.
+    /// a + 2 b, rounded once. Two sums: many processors add beside the units that multiply, which are the busy ones, and the double is
+    /// exact.
     #[inline(always)]
     fn plus_twice(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
         self.add(a, self.add(b, b))
@@ -129,12 +130,11 @@ fn transposed<V: Copy>(v: [[V; JOINTS]; JOINTS]) -> [[V; JOINTS]; JOINTS] {
     std::array::from_fn(|joint| std::array::from_fn(|vector| v[vector][joint]))
 }
 
-/// f32 in the widest vectors of the machine, of four lanes or more: [`dispatch`] sees to it. `ADDS_BESIDE`: the processor adds in other units than those
-/// that multiply, so a double is a sum.
+/// f32 in the widest vectors of the machine, of four lanes or more: [`dispatch`] sees to it.
 #[derive(Clone, Copy)]
-struct Singles<S, const ADDS_BESIDE: bool>(S);
+pub struct Singles<S>(pub S);
 
-impl<S: Simd, const ADDS_BESIDE: bool> Singles<S, ADDS_BESIDE> {
+impl<S: Simd> Singles<S> {
     /// Each lane with the number of the lane whose index differs in one bit. The compiler makes one instruction of it.
     #[inline(always)]
     fn exchanged<const BIT: usize>(v: S::f32s) -> S::f32s {
@@ -147,7 +147,7 @@ impl<S: Simd, const ADDS_BESIDE: bool> Singles<S, ADDS_BESIDE> {
     }
 }
 
-impl<S: Simd, const ADDS_BESIDE: bool> Lanes for Singles<S, ADDS_BESIDE> {
+impl<S: Simd> Lanes for Singles<S> {
     type Vector = S::f32s;
     const INDIVIDUALS: usize = S::F32_LANES / JOINTS;
 
@@ -193,11 +193,6 @@ impl<S: Simd, const ADDS_BESIDE: bool> Lanes for Singles<S, ADDS_BESIDE> {
     #[inline(always)]
     fn sub_mul(self, c: S::f32s, a: S::f32s, b: S::f32s) -> S::f32s {
         self.0.negate_mul_add_f32s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn plus_twice(self, a: S::f32s, b: S::f32s) -> S::f32s {
-        if ADDS_BESIDE { self.add(a, self.add(b, b)) } else { self.mul_add(b, self.splat(2.0), a) }
     }
 
     #[inline(always)]
@@ -322,67 +317,26 @@ impl<S: Simd, const AS_CORE: bool> Lanes for Doubles<S, AS_CORE> {
     }
 }
 
-/// Work in the vectors that [`dispatch`] chooses.
-pub trait Work {
-    /// What comes of it.
-    type Output;
-    /// Does it.
-    fn run<L: Lanes>(self, l: L) -> Self::Output;
-}
-
-/// Work in vectors of f32.
-struct InSingles<W, const ADDS_BESIDE: bool>(W);
-
-impl<W: Work, const ADDS_BESIDE: bool> WithSimd for InSingles<W, ADDS_BESIDE> {
-    type Output = W::Output;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> W::Output {
-        self.0.run(Singles::<S, ADDS_BESIDE>(simd))
+/// Runs `op` with the widest vectors of this machine, of at least four lanes of f32.
+pub fn dispatch<Op: WithSimd>(op: Op) -> Op::Output {
+    match Arch::new() {
+        Arch::Scalar => op.with_simd(Scalar128b),
+        arch => arch.dispatch(op),
     }
-}
-
-/// Does the work with the widest vectors of f32 of this machine, of at least four lanes. The bits are the same on all.
-pub fn dispatch<W: Work>(work: W) -> W::Output {
-    fn widest<Op: WithSimd>(op: Op) -> Op::Output {
-        match Arch::new() {
-            Arch::Scalar => op.with_simd(Scalar128b),
-            arch => arch.dispatch(op),
-        }
-    }
-    if adds_beside() { widest(InSingles::<W, true>(work)) } else { widest(InSingles::<W, false>(work)) }
-}
-
-/// Whether this processor adds in other units than those that multiply: those of AMD do since Zen, others mostly have units that do both.
-fn adds_beside() -> bool {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    {
-        static AMD: std::sync::LazyLock<bool> = std::sync::LazyLock::new(|| {
-            raw_cpuid::CpuId::new().get_vendor_info().is_some_and(|vendor| vendor.as_str() == "AuthenticAMD")
-        });
-        *AMD
-    }
-    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    false
-}
-
-/// Individuals of a vector on this machine.
-fn of_vector() -> usize {
-    struct Individuals;
-    impl Work for Individuals {
-        type Output = usize;
-        fn run<L: Lanes>(self, _: L) -> usize {
-            L::INDIVIDUALS
-        }
-    }
-    dispatch(Individuals)
 }
 
 /// Splits `individuals` into ranges of whole f32 vectors of this machine, except the last: at most [`MOST_VECTORS`] each, about as many in
 /// each, and as many ranges for each thread of the pool.
 #[must_use]
 pub fn blocks(individuals: usize) -> Vec<Range<usize>> {
-    let of_vector = of_vector();
+    struct Individuals;
+    impl WithSimd for Individuals {
+        type Output = usize;
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            Singles::<S>::INDIVIDUALS
+        }
+    }
+    let of_vector = dispatch(Individuals);
     let vectors = individuals.div_ceil(of_vector);
     let threads = rayon::current_num_threads();
     let blocks = (threads * vectors.div_ceil(threads).div_ceil(MOST_VECTORS)).min(vectors);

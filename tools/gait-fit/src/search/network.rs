@@ -262,7 +262,7 @@ pub fn step<L: Lanes, const G: usize>(l: L, states: &mut [Pair<L::Vector>; G], f
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{Doubles, MOST_VECTORS, Plain, Work, blocks, dispatch};
+    use super::super::lanes::{Doubles, MOST_VECTORS, Plain, Singles, blocks, dispatch};
     use super::super::random::Random;
     use super::*;
     use proptest::prelude::*;
@@ -365,11 +365,11 @@ mod tests {
         vectors: usize,
     }
 
-    impl Work for Turns<'_> {
+    impl WithSimd for Turns<'_> {
         type Output = Vec<[u64; 8]>;
 
-        fn run<L: Lanes>(self, l: L) -> Self::Output {
-            let (all, steps) = (self.all, self.steps);
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let (l, all, steps) = (Singles(simd), self.all, self.steps);
             match self.vectors {
                 1 => run::<_, 1>(l, all, steps),
                 2 => run::<_, 2>(l, all, steps),

@@ -3,8 +3,10 @@
 //! A disturbance multiplies each state by 0.9 to 1.1, left and right differently. An orbit that exists only because left and right
 //! start exactly opposite does not survive it.
 
+use pulp::{Simd, WithSimd};
+
 use super::batch::each_block;
-use super::lanes::{Lanes, Work, dispatch};
+use super::lanes::{Lanes, Singles, dispatch};
 use super::network::{Field, Network, Pair, step};
 use super::waveform::Sample;
 
@@ -43,14 +45,14 @@ struct Run<'a> {
     durations: Durations,
 }
 
-impl Work for Run<'_> {
+impl WithSimd for Run<'_> {
     type Output = Vec<[Vec<Sample>; 3]>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) -> Self::Output {
-        let durations = self.durations;
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let (l, durations) = (Singles(simd), self.durations);
         let block: Vec<&Network> = self.block.iter().collect();
-        match block.len().div_ceil(L::INDIVIDUALS) {
+        match block.len().div_ceil(Singles::<S>::INDIVIDUALS) {
             0 | 1 => passes::<_, 1>(l, &block, durations),
             2 => passes::<_, 2>(l, &block, durations),
             3 => passes::<_, 3>(l, &block, durations),
