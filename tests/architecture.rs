@@ -40,8 +40,11 @@ const ENDS: [&str; 14] = [
     "xtask",
 ];
 
+/// The crates of the chip families.
+const FAMILIES: [&str; 2] = ["firmware", "firmware-rp2040"];
+
 /// What may read the tables of the STM32F4 boards. A second family does not: what both need is in `firmware-shared`.
-const OF_THE_TABLES: [&str; 4] = ["audit", "board-cost", "footfall", "footfall-tests"];
+const READERS_OF_THE_TABLES: [&str; 4] = ["audit", "board-cost", "footfall", "footfall-tests"];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
 const NOT_DEFAULT: [&str; 11] = [
@@ -131,7 +134,7 @@ fn nothing_depends_on_an_end() {
     for (name, package) in packages() {
         for end in ENDS {
             let is_allowed = match end {
-                "firmware" => OF_THE_TABLES.contains(&name),
+                "firmware" => READERS_OF_THE_TABLES.contains(&name),
                 "firmware-rp2040" => ["footfall", "footfall-tests"].contains(&name),
                 // Two programs that read the machine code of an image.
                 "audit" => name == "board-cost",
@@ -147,9 +150,28 @@ fn nothing_depends_on_an_end() {
 fn of_the_firmware_tools_see_the_board_files_alone() {
     for (name, package) in packages() {
         for dependency in dependencies(package).iter().filter(|dependency| dependency["name"] == "firmware") {
-            assert!(OF_THE_TABLES.contains(&name), "{name} depends on firmware");
+            assert!(READERS_OF_THE_TABLES.contains(&name), "{name} depends on firmware");
             assert_eq!(dependency["uses_default_features"], false, "{name} would compile the HAL");
             assert_eq!(dependency["features"], Value::Array(Vec::new()), "{name} asks for features of firmware");
+        }
+    }
+}
+
+/// The tables and modules of one family are not for the other.
+#[test]
+fn families_share_only_what_is_in_firmware_shared() {
+    let packages = packages();
+    let cores = CORES.map(|(core, _)| core);
+    for dependency in dependencies(packages["firmware-shared"]) {
+        let name = text(&dependency["name"]);
+        assert!(cores.contains(&name), "firmware-shared depends on {name}; allowed: {cores:?}");
+    }
+    for family in FAMILIES {
+        let main = read(Path::new(family).join("src/main.rs"));
+        let paths: Vec<&str> = main.lines().filter_map(|line| line.trim().strip_prefix("#[path = \"")).collect();
+        assert!(paths.len() >= 9, "{family}: {paths:?}");
+        for path in paths {
+            assert!(path.starts_with("../../firmware-shared/program/"), "{family} compiles {path}");
         }
     }
 }
@@ -186,7 +208,7 @@ fn only_the_firmware_names_a_chip_family() {
         for dependency in dependencies(package).iter().filter(|dependency| !is_ours(dependency)) {
             let library = text(&dependency["name"]);
             let chip = ["embassy", "stm32", "defmt-rtt", "panic-"].iter().any(|prefix| library.starts_with(prefix));
-            assert!(!chip || name.starts_with("firmware"), "{name} depends on {library}");
+            assert!(!chip || FAMILIES.contains(&name), "{name} depends on {library}");
             let processor = library.starts_with("cortex-m");
             let bare =
                 ["bare-metal-example", "core-selftest", "firmware", "firmware-rp2040", "link-proof"].contains(&name);

@@ -146,6 +146,7 @@ fn help_texts_and_flash_have_the_board_files_numbers() {
         let line = format!("Self::{name} => 0x{:04X}_{:04X},", address >> 16, address & 0xFFFF);
         assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
     }
+    assert_eq!(SECTOR_BYTES, firmware_rp2040::board::SECTOR_BYTES, "the tools have one number for all families");
     let line = format!("const SECTOR_BYTES: usize = {} * 1024;", SECTOR_BYTES / 1024);
     assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
 }

@@ -58,6 +58,15 @@ for (const { s, pin, level } of ARMING) {
 const end = Number(seconds) * 1e9;
 chip.runTo(end - 1e9);
 
+/** Widths of the pulses of one servo in that second: a walk changes them. */
+const widths = [];
+let rose;
+chip.mcu.gpio[PINS.servos[0]].addListener((state) => {
+  // High is 1.
+  if (state === 1) rose = chip.mcu.clock.nanos;
+  else if (rose !== undefined) widths.push(chip.mcu.clock.nanos - rose);
+});
+
 const { core } = chip.mcu;
 const execute = core.executeInstruction;
 let [inTick, ticks, tick, longest, total, inFlash] = [false, 0, 0, 0, 0, 0];
@@ -80,6 +89,10 @@ core.executeInstruction = function () {
   return cycles;
 };
 chip.runTo(end);
+if (!(Math.max(...widths) - Math.min(...widths) > 50e3)) {
+  console.error('the image does not walk in the last second: its pulses do not change');
+  process.exit(1);
+}
 
 console.log(`${ticks} ticks, ${(total / ticks).toFixed(0)} cycles on average, longest ${longest}; ${(inFlash / ticks).toFixed(0)} of them in flash`);
 console.log('  cycles   share    calls  function');

@@ -1,4 +1,6 @@
-//! Rules of the firmware that use no register and hold for every chip family, so the host tests them.
+//! Rules of the firmware that use no register, for every chip family; the host tests them.
+//!
+//! The numbers of the watchdog's oscillator and time-out ([`oscillator`], [`liveness`]) are those of the STM32F4; the RP2040 makes its time-out equal.
 //!
 //! Beside this library, `program` has the files that each family compiles in its program: tasks, log, queues, the reading of records.
 //!

@@ -1,7 +1,7 @@
 //! Counts control periods by a free-running hardware clock, not by the number of wake-ups of a task.
 //!
-//! The interrupt at the end of a period's last scan stamps its sample with a time of that scan, which each family computes from the converter's
-//! clock. Whatever delayed the processor in between (an interrupt mask, a flash stall, a long log), the difference of
+//! The interrupt at the end of a period's last scan stamps its sample with a time of that scan: the STM32F4 with that of its
+//! trigger, from the timer that triggers it; the RP2040 with that of its end, from the number of conversions since. Whatever delayed the processor in between (an interrupt mask, a flash stall, a long log), the difference of
 //! two stamps is the number of periods that passed: missed ticks are counted, but not executed later.
 //!
 //! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so only differences are meaningful.

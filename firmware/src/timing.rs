@@ -2,7 +2,7 @@
 
 use firmware_shared::pacing::SCAN_PERIOD_US;
 
-/// The timer triggers the converter four times a period, us.
+/// Time from one trigger of the converter to the next, us.
 pub const TRIGGER_US: u32 = SCAN_PERIOD_US;
 
 /// A tick that starts later than this after its trigger counts as late. The scan takes 54 us of it with one sensor, 77 us with four.

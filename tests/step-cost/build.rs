@@ -19,6 +19,8 @@ fn main() {
     println!("cargo:rerun-if-changed=c");
     println!("cargo:rerun-if-changed={RECORDED}");
     println!("cargo:rerun-if-env-changed=PATH");
+    // xtask sets it to the compiler that it finds: one that is installed later in a folder of PATH changes no file that cargo looks at.
+    println!("cargo:rerun-if-env-changed=FOOTFALL_C_COMPILER");
     println!("cargo:rustc-check-cfg=cfg(beside_c)");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));

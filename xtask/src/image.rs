@@ -75,6 +75,14 @@ fn sections(elf: &[u8]) -> Result<Vec<Section>, &'static str> {
     (0..count).map(section).collect()
 }
 
+/// The compiler, as it writes itself into the section `.comment`: its line ends with a zero byte, and so does the line before.
+pub(crate) fn compiler(elf: &[u8]) -> Option<&str> {
+    const BEGIN: &[u8] = b"\0rustc version ";
+    let at = elf.windows(BEGIN.len()).position(|bytes| bytes == BEGIN)? + 1;
+    let line = elf[at..].split(|byte| *byte == 0).next()?;
+    std::str::from_utf8(line).ok()
+}
+
 /// Adds the loaded sections up; the error says what is wrong with the file.
 pub(crate) fn footprint(elf: &[u8]) -> Result<Footprint, &'static str> {
     let mut footprint = Footprint { flash: 0, ram: 0 };

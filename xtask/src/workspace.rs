@@ -15,6 +15,9 @@ use crate::setup::{self, Need, Required};
 use crate::shell;
 use crate::toolchain::{SMALLEST_TARGET, TARGET, Toolchain};
 
+/// The compiler of C for the board, with which tests/step-cost is compared.
+pub(crate) const C_COMPILER: &str = "arm-none-eabi-gcc";
+
 /// The workspace and what it is built with.
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -206,20 +209,24 @@ impl Workspace {
 
     /// The program that counts the instructions of every generator's step.
     pub(crate) fn step_cost(&self) -> Result<PathBuf> {
-        let cargo = self.thumb_build("step-cost", &[])?;
-        one_program(Build { label: "step-cost", cargo, executables: &["step-cost"] })
+        one_program(Build { label: "step-cost", cargo: self.step_cost_build()?, executables: &["step-cost"] })
+    }
+
+    /// The build of the three programs of `tests/step-cost`; its build script is run again where a compiler of C is found or lost.
+    fn step_cost_build(&self) -> Result<Command> {
+        let mut cargo = self.thumb_build("step-cost", &[])?;
+        cargo.env("FOOTFALL_C_COMPILER", shell::on_path(C_COMPILER).unwrap_or_default());
+        Ok(cargo)
     }
 
     /// The program that steps networks in Rust and in C, for the board.
     pub(crate) fn beside_c(&self) -> Result<PathBuf> {
-        let cargo = self.thumb_build("step-cost", &[])?;
-        one_program(Build { label: "beside-c", cargo, executables: &["beside-c"] })
+        one_program(Build { label: "beside-c", cargo: self.step_cost_build()?, executables: &["beside-c"] })
     }
 
     /// The program that plays changes of gait, for the board.
     pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
-        let cargo = self.thumb_build("step-cost", &[])?;
-        one_program(Build { label: "gait-changes", cargo, executables: &["gait-changes"] })
+        one_program(Build { label: "gait-changes", cargo: self.step_cost_build()?, executables: &["gait-changes"] })
     }
 
     /// The same program for the host. Beside packages of the host tests its dependencies have the features that they have there; those that only tests

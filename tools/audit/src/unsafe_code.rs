@@ -54,7 +54,7 @@ fn words(tokens: TokenStream) -> u64 {
 }
 
 /// A folder of a crate beside its `src` whose files other crates compile; they count as the crate's.
-const FOR_OTHERS: &str = "program";
+const COMPILED_BY_OTHERS: &str = "program";
 
 /// The count of each crate of the workspace in this folder, by its name without the folders before it.
 ///
@@ -69,7 +69,7 @@ pub fn by_crate(root: &Path) -> Result<BTreeMap<String, u64>> {
     let mut counts = BTreeMap::new();
     for member in members.iter().filter_map(toml::Value::as_str) {
         // A crate inside of another one's folder is not in its `src`.
-        let count = in_files(&root.join(member).join("src"))? + in_files(&root.join(member).join(FOR_OTHERS))?;
+        let count = in_files(&root.join(member).join("src"))? + in_files(&root.join(member).join(COMPILED_BY_OTHERS))?;
         counts.insert(member.rsplit('/').next().unwrap_or(member).to_owned(), count);
     }
     Ok(counts)

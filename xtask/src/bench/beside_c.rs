@@ -7,9 +7,8 @@ use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use crate::shell;
+use crate::workspace::C_COMPILER;
 
-/// The compiler of C for the board.
-pub(super) const COMPILER: &str = "arm-none-eabi-gcc";
 /// FLASH_ACR as the firmware sets it: the program sets no clock.
 const FLASH_ACR: &str = "0x705";
 /// Names in the output, and in the functions.
@@ -24,8 +23,8 @@ const DEADLINE: Duration = Duration::from_secs(120);
 
 /// The comparison; null where there is no C compiler.
 pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folder: &Path) -> Result<Value> {
-    let Some(compiler) = shell::on_path(COMPILER) else {
-        eprintln!("bench: no {COMPILER}, so nothing is compared with C; Debian has it in gcc-arm-none-eabi");
+    let Some(compiler) = shell::on_path(C_COMPILER) else {
+        eprintln!("bench: no {C_COMPILER}, so nothing is compared with C; Debian has it in gcc-arm-none-eabi");
         return Ok(Value::Null);
     };
     eprintln!("bench: beside C");
@@ -56,7 +55,7 @@ pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folde
     let mut networks = Vec::new();
     for (name, function) in NETWORKS {
         let &[steps, equal, difference] = numbers(name).as_slice() else {
-            anyhow::bail!("beside-c printed no line of three numbers for {name}: was it built without {COMPILER}?")
+            anyhow::bail!("beside-c printed no line of three numbers for {name}: was it built without {C_COMPILER}?")
         };
         let mut network = json!({ "name": name, "steps": steps, "equal": equal, "fused_difference_1e9": difference });
         for (key, begin, end) in VARIANTS {
@@ -66,10 +65,11 @@ pub(super) fn measure(virtual_board: &Path, board_cost: &Path, elf: &Path, folde
     }
     let (name, function) = GATE_ANY;
     let &[steps, all_acted] = numbers(name).as_slice() else {
-        anyhow::bail!("beside-c printed no line of two numbers for {name}: was it built without {COMPILER}?")
+        anyhow::bail!("beside-c printed no line of two numbers for {name}: was it built without {C_COMPILER}?")
     };
     ensure!(all_acted == 1, "{name}: not every limit of the gate acted in its {steps} steps");
     let gate_any = json!({ "steps": steps, "cost": super::counted::row(&counted, function)? });
     let compiler = version.lines().next().unwrap_or_default();
-    Ok(json!({ "compiler": compiler, "networks": networks, "gate_any": gate_any }))
+    let rust_compiler = &counted["compiler"];
+    Ok(json!({ "compiler": compiler, "rust_compiler": rust_compiler, "networks": networks, "gate_any": gate_any }))
 }

@@ -8,22 +8,28 @@ use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::counted::row;
 use super::{beside_c, page, pico};
 use crate::board::{Board, Variant};
+use crate::image;
 use crate::setup::Need;
 use crate::shell;
-use crate::workspace::Workspace;
+use crate::workspace::{C_COMPILER, Workspace};
 
 /// How much more instructions than in docs/performance.json a part may need, percent.
 pub(super) const MARGIN_PERCENT: u64 = 5;
 /// Virtual seconds of walking whose counts are compared with those of docs/performance.json: over two strides.
 const COMPARED_SECS: u64 = 3;
-/// Numbers of a count that are compared. The first seconds of a walk have no greater maximum than all of it, so both may come from runs of different
-/// length; a percentile may differ by that alone.
-const COMPARED: [&str; 2] = ["median", "max"];
+/// What writes docs/performance.json.
+pub(super) const HOW_TO_WRITE: &str = "cargo xtask bench board --write --reason \"...\"";
+/// Numbers of a count that are compared.
+const COMPARED: [&str; 3] = ["median", "p99", "max"];
+/// The sum of tick and thread in a period. The thread has something to do in every second one, so its median jumps between two values.
+const PERIOD: &str = "control period";
+/// Names of the steps that only a machine with a compiler of C measures begin with it.
+const BESIDE_C: &str = "beside C: ";
 
 /// Options of `cargo xtask bench board`.
 #[derive(Debug, Clone, clap::Args)]
@@ -153,10 +159,18 @@ struct Programs {
 /// Runs the bench.
 pub(crate) fn bench(options: &Options) -> Result<()> {
     ensure!(
-        !options.write || shell::on_path(beside_c::COMPILER).is_some(),
+        !options.write || shell::on_path(C_COMPILER).is_some(),
         "no {} on the path, so the page would lose its comparison with C; Debian has it in gcc-arm-none-eabi. Without --write the other numbers are \
          printed",
-        beside_c::COMPILER
+        C_COMPILER
+    );
+    ensure!(
+        !options.write || options.only_c || shell::on_path("node").is_some(),
+        "no node on the path, so the page would lose the Pico; Debian has it in nodejs and npm. Without --write the other numbers are printed"
+    );
+    ensure!(
+        !options.write || options.secs >= COMPARED_SECS,
+        "--write needs --secs {COMPARED_SECS} or more: `cargo xtask test` compares so many"
     );
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
@@ -169,16 +183,27 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
     let beside_c = workspace.beside_c()?;
-    let mut result = if options.only_c {
-        baseline()?
+    let (mut result, mut counts) = if options.only_c {
+        let before = baseline()?;
+        let counts = before["compared"]["instructions"].as_object().cloned().unwrap_or_default();
+        (before, Counts(counts))
     } else {
-        let mut measured = measure(&programs, options.secs)?;
-        measured["boards"] = json!([other_board(&workspace, &programs, options.secs)?, pico::measure(&mut workspace)?]);
-        measured
+        let mut counts = Counts::default();
+        let mut measured = measure(&programs, options.secs, &mut counts)?;
+        let other = other_board(&workspace, &programs, options.secs, &mut counts)?;
+        measured["boards"] = json!([other, pico::measure(&mut workspace)?]);
+        (measured, counts)
     };
     let reason = options.reason.clone().map(Value::from);
     result["reason"] = reason.or_else(|| Some(baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
     result["beside_c"] = beside_c::measure(&programs.virtual_board, &programs.board_cost, &beside_c, &programs.folder)?;
+    let (by, others) = (&result["beside_c"]["rust_compiler"], &result["compiler"]);
+    ensure!(
+        by.is_null() || by == others,
+        "the steps are by {by}, the other numbers by {others}: measure all, without --only-c"
+    );
+    counts.beside_c(&result["beside_c"])?;
+    result["compared"] = json!({ "secs": COMPARED_SECS, "instructions": counts.0 });
     let text = serde_json::to_string_pretty(&result).context("writing the result")? + "\n";
     if options.write {
         for (file, text) in [(page::JSON, &text), (page::PAGE, &page::page(&result)?)] {
@@ -196,9 +221,13 @@ pub(super) fn baseline() -> Result<Value> {
     serde_json::from_str(&text).with_context(|| format!("reading {}", page::JSON))
 }
 
-/// Compares every count of instructions of docs/performance.json that is from the virtual board ([`counts`]): what was compared, or why nothing was, since
-/// another compiler makes other instructions.
+/// Compares the counts of the first seconds of each run with those of docs/performance.json: what was compared, or why nothing was, since another compiler
+/// makes other instructions.
 pub(crate) fn compare(workspace: &Workspace, elf: &Path, virtual_board: &Path, footfall: &Path) -> Result<String> {
+    let baseline = baseline()?;
+    if let Some(why) = not_comparable(&baseline, elf)? {
+        return Ok(format!("instructions not compared: {why}"));
+    }
     let programs = Programs {
         elf: elf.to_owned(),
         virtual_board: virtual_board.to_owned(),
@@ -207,75 +236,66 @@ pub(crate) fn compare(workspace: &Workspace, elf: &Path, virtual_board: &Path, f
         folder: workspace.target_dir.join("bench"),
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
-    let mut baseline = baseline()?;
-    let mut measured = measure(&programs, COMPARED_SECS)?;
-    let (by, before) = (&measured["compiler"], &baseline["compiler"]);
-    if by != before {
-        return Ok(format!(
-            "instructions not compared: the image is by {by}, the numbers of {} by {before}",
-            page::JSON
-        ));
-    }
-    measured["boards"] = json!([other_board(workspace, &programs, COMPARED_SECS)?]);
-    measured["beside_c"] =
-        beside_c::measure(&programs.virtual_board, &programs.board_cost, &workspace.beside_c()?, &programs.folder)?;
-    let without_c = measured["beside_c"].is_null();
-    if without_c {
-        baseline["beside_c"] = Value::Null;
-    }
-    let (before, now) = (counts(&baseline)?, counts(&measured)?);
-    let grown = grown(&before, &now)?;
+    let mut counts = Counts::default();
+    measure(&programs, COMPARED_SECS, &mut counts)?;
+    other_board(workspace, &programs, COMPARED_SECS, &mut counts)?;
+    let steps = workspace.beside_c()?;
+    let beside_c = beside_c::measure(&programs.virtual_board, &programs.board_cost, &steps, &programs.folder)?;
+    counts.beside_c(&beside_c)?;
+    let compared = &baseline["compared"];
+    let before = compared["instructions"].as_object().filter(|_| compared["secs"] == COMPARED_SECS);
+    let before =
+        before.with_context(|| format!("{} has no counts of {COMPARED_SECS} s: {HOW_TO_WRITE}", page::JSON))?;
+    let is_left_out = |part: &str| beside_c.is_null() && part.starts_with(BESIDE_C);
+    let before = Counts(before.clone().into_iter().filter(|(part, _)| !is_left_out(part)).collect());
+    let differences = differences(&before, &counts)?;
     ensure!(
-        grown.is_empty(),
-        "more instructions than {} has, by more than {MARGIN_PERCENT} %:\n{}\nIf that is meant: cargo xtask bench board --write --reason \"...\"",
+        differences.is_empty(),
+        "not as in {}, where a count may grow by {MARGIN_PERCENT} %:\n{}\nIf that is meant: {HOW_TO_WRITE}",
         page::JSON,
-        grown.join("\n")
+        differences.join("\n")
     );
-    let left_out =
-        if without_c { format!(", without the steps beside C: no {}", beside_c::COMPILER) } else { String::new() };
-    Ok(format!("{} instruction counts{left_out}", before.len()))
+    let without =
+        if beside_c.is_null() { format!(", without the steps beside C: no {}", C_COMPILER) } else { String::new() };
+    Ok(format!("instructions of {} parts{without}", before.0.len()))
 }
 
-/// What was counted, and its instructions.
-type Count = (String, u64);
+/// Why the numbers of docs/performance.json say nothing about an image: another compiler.
+pub(super) fn not_comparable(baseline: &Value, elf: &Path) -> Result<Option<String>> {
+    let bytes = std::fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
+    let by = image::compiler(&bytes).unwrap_or("an unknown compiler");
+    let before = baseline["compiler"].as_str().unwrap_or_default();
+    Ok((by != before).then(|| format!("the image is by {by}, the numbers of {} by {before}", page::JSON)))
+}
 
-/// Of each part in each set-up, of each rare interrupt and kind of generator, of a tick on the other board, and of the steps beside C. The Pico's are cycles
-/// of another emulator; its step compares them.
-fn counts(result: &Value) -> Result<Vec<Count>> {
-    let list = |of: &Value| of.as_array().cloned().context("the numbers have no list of parts");
-    let name = |of: &Value| of.as_str().unwrap_or_default().to_owned();
-    let mut all = Vec::new();
-    let mut push = |part: &str, row: &Value| -> Result<()> {
-        for number in COMPARED {
-            let count = row["instructions"][number].as_u64().with_context(|| format!("{part} has no {number}"))?;
-            all.push((format!("{part}, {number}"), count));
+/// Instructions by the name of what was counted: of each part in each set-up, of each rare interrupt and kind of generator, of a tick on the other board, and
+/// of the steps beside C. The Pico's numbers are cycles of another emulator.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Counts(Map<String, Value>);
+
+impl Counts {
+    fn add(&mut self, name: &str, row: &Value) -> Result<()> {
+        let mut of = Map::new();
+        for number in COMPARED.into_iter().filter(|number| !name.ends_with(PERIOD) || *number == "max") {
+            let count = row["instructions"][number].as_u64().with_context(|| format!("{name} has no {number}"))?;
+            of.insert(number.to_owned(), count.into());
         }
+        let before = self.0.insert(name.to_owned(), of.into());
+        ensure!(before.is_none(), "two counts of the name `{name}`");
         Ok(())
-    };
-    for set_up in list(&result["set_ups"])? {
-        for row in list(&set_up["rows"])? {
-            push(&format!("{}: {}", name(&set_up["name"]), name(&row["part"])), &row)?;
+    }
+
+    /// Puts the steps in Rust beside C in the place of those before; null has none.
+    fn beside_c(&mut self, measured: &Value) -> Result<()> {
+        self.0.retain(|name, _| !name.starts_with(BESIDE_C));
+        if measured.is_null() {
+            return Ok(());
         }
-    }
-    for row in list(&result["rare_interrupts"])? {
-        push(&name(&row["part"]), &row)?;
-    }
-    for kind in list(&result["generators"])? {
-        push(&format!("generator {}", name(&kind["kind"])), &kind["cost"])?;
-    }
-    for board in list(&result["boards"])?.iter().filter(|board| board["ticks"].is_array()) {
-        for tick in list(&board["ticks"])? {
-            push(&format!("{}: {}: tick", name(&board["name"]), name(&tick["set_up"])), &tick)?;
+        for network in measured["networks"].as_array().context("no steps beside C")? {
+            self.add(&format!("{BESIDE_C}{}", network["name"].as_str().unwrap_or_default()), &network["rust"])?;
         }
+        self.add(&format!("{BESIDE_C}gate, targets of every kind"), &measured["gate_any"]["cost"])
     }
-    let beside_c = &result["beside_c"];
-    if !beside_c.is_null() {
-        for network in list(&beside_c["networks"])? {
-            push(&format!("step of {}", name(&network["name"])), &network["rust"])?;
-        }
-        push("step of the gate, targets of every kind", &beside_c["gate_any"]["cost"])?;
-    }
-    Ok(all)
 }
 
 /// Whether a number grew by more than the margin.
@@ -283,20 +303,27 @@ pub(super) const fn is_grown(before: u64, now: u64) -> bool {
     now * 100 > before * (100 + MARGIN_PERCENT)
 }
 
-/// A line for each count that is too great.
-fn grown(before: &[Count], now: &[Count]) -> Result<Vec<String>> {
+/// A line for each count that is too great, and for each part that one of both lacks.
+fn differences(before: &Counts, now: &Counts) -> Result<Vec<String>> {
     let mut lines = Vec::new();
-    for (part, before) in before {
-        let (_, now) =
-            now.iter().find(|(name, _)| name == part).with_context(|| format!("`{part}` was not measured"))?;
-        if is_grown(*before, *now) {
-            lines.push(format!("{part}: {now}, before {before}"));
+    for (part, before) in &before.0 {
+        let Some(now) = now.0.get(part) else {
+            lines.push(format!("{part}: was not measured"));
+            continue;
+        };
+        for (number, before) in before.as_object().into_iter().flatten() {
+            let [before, now] = [before, &now[number]].map(Value::as_u64);
+            let (before, now) = before.zip(now).with_context(|| format!("{part}: {number} is no number"))?;
+            if is_grown(before, now) {
+                lines.push(format!("{part}, {number}: {now}, before {before}"));
+            }
         }
     }
+    lines.extend(now.0.keys().filter(|part| !before.0.contains_key(*part)).map(|part| format!("{part}: is new")));
     Ok(lines)
 }
 
-fn measure(programs: &Programs, secs: u64) -> Result<Value> {
+fn measure(programs: &Programs, secs: u64, counts: &mut Counts) -> Result<Value> {
     let (mut set_ups, mut kinds) = (Vec::new(), Vec::new());
     let mut head = json!({});
     for (place, set_up) in SET_UPS.iter().enumerate() {
@@ -304,8 +331,10 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
         let trace = programs.folder.join("trace.bin");
         let end = programs.run(set_up, secs, &trace)?;
         let counted = programs.count(&trace, secs, &["--image"])?;
+        let first = programs.first(&trace, secs, &counted)?;
         if let Some(kind) = set_up.kind {
             kinds.push(json!({ "kind": kind, "cost": row(&counted, GENERATE)? }));
+            counts.add(&format!("generator {kind}"), row(&first, GENERATE)?)?;
         }
         if place == 0 {
             let other = programs.count(&trace, secs, &["--cache-prefetched"])?;
@@ -322,6 +351,9 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
             let ticks = secs * TICKS_HZ;
             let cycles = counted["cycles"].as_u64().context("no cycles")? as f64;
             let load = cycles / (ticks * (HCLK_HZ / TICKS_HZ)) as f64;
+            for row in first["rows"].as_array().context("board-cost lists no parts")? {
+                counts.add(&format!("{}: {}", set_up.name, row["part"].as_str().unwrap_or_default()), row)?;
+            }
             set_ups.push(json!({
                 "name": set_up.name,
                 "late_ticks": end["late_ticks"],
@@ -337,7 +369,7 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
         "hclk_hz": HCLK_HZ,
         "set_ups": set_ups,
         "generators": kinds,
-        "rare_interrupts": rare_interrupts(programs)?,
+        "rare_interrupts": rare_interrupts(programs, counts)?,
     });
     if let (Some(result), Some(head)) = (result.as_object_mut(), head.as_object_mut()) {
         result.append(head);
@@ -346,7 +378,7 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
 }
 
 /// The rows of the interrupts that a walk has not.
-fn rare_interrupts(programs: &Programs) -> Result<Value> {
+fn rare_interrupts(programs: &Programs, counts: &mut Counts) -> Result<Value> {
     eprintln!("bench: interrupts that a walk has not");
     let wave = programs.folder.join("edges.csv");
     let edges = (FROM_MS..RARE_SECS * 1000).map(|ms| format!("{:.4},{}\n", ms as f64 / 1000.0 + 0.000_25, ms % 2));
@@ -364,11 +396,18 @@ fn rare_interrupts(programs: &Programs) -> Result<Value> {
     ensure!(walked, "the emergency stop does not end the walk\n{}", finished.tail(20));
     let counted = programs.count(&trace, RARE_SECS, &[])?;
     std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
-    RARE.iter().map(|name| Ok(row(&counted, &format!("interrupt: {name}"))?.clone())).collect()
+    let mut rows = Vec::new();
+    for name in RARE {
+        let part = format!("interrupt: {name}");
+        let row = row(&counted, &part)?;
+        counts.add(&part, row)?;
+        rows.push(row.clone());
+    }
+    Ok(rows.into())
 }
 
 /// A tick of the other board of the family, in two set-ups, and its image.
-fn other_board(workspace: &Workspace, discovery: &Programs, secs: u64) -> Result<Value> {
+fn other_board(workspace: &Workspace, discovery: &Programs, secs: u64, counts: &mut Counts) -> Result<Value> {
     let (name, board, hclk_hz) = OTHER_BOARD;
     let programs = Programs { elf: workspace.firmware(board, Variant::USUAL)?.elf, ..discovery.clone() };
     let mut ticks = Vec::new();
@@ -379,8 +418,10 @@ fn other_board(workspace: &Workspace, discovery: &Programs, secs: u64) -> Result
         let trace = programs.folder.join("trace.bin");
         programs.run(set_up, secs, &trace)?;
         let counted = programs.count(&trace, secs, &["--image"])?;
+        let first = programs.first(&trace, secs, &counted)?;
         std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
         let tick = row(&counted, "tick")?;
+        counts.add(&format!("{name}: {}: tick", set_up.name), row(&first, "tick")?)?;
         ticks.push(json!({ "set_up": set_up.name, "instructions": tick["instructions"], "cycles": tick["cycles"] }));
         image = counted["image"].clone();
     }
@@ -414,6 +455,11 @@ impl Programs {
         Ok(end)
     }
 
+    /// The counts of the first [`COMPARED_SECS`] of a run, of which `counted` has the first `secs`.
+    fn first(&self, trace: &Path, secs: u64, counted: &Value) -> Result<Value> {
+        if secs == COMPARED_SECS { Ok(counted.clone()) } else { self.count(trace, COMPARED_SECS, &[]) }
+    }
+
     fn count(&self, trace: &Path, secs: u64, more: &[&str]) -> Result<Value> {
         let mut count = shell::command(&self.board_cost);
         count.arg("--elf").arg(&self.elf).arg("--trace").arg(trace);
@@ -427,18 +473,53 @@ impl Programs {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_part_that_needs_more_than_the_margin_is_named() {
-        let counts =
-            |gate, spline| vec![("default: tick: gate".to_owned(), gate), ("generator spline".to_owned(), spline)];
-        let before = counts(200, 1000);
-        assert_eq!(grown(&before, &counts(210, 1050)).unwrap(), [""; 0]);
-        assert_eq!(grown(&before, &counts(211, 900)).unwrap(), ["default: tick: gate: 211, before 200"]);
-        assert_eq!(grown(&before, &counts(1, 1051)).unwrap(), ["generator spline: 1051, before 1000"]);
-        assert!(grown(&before, &before[..1]).unwrap_err().to_string().contains("generator spline"));
+    fn of(median: u64, max: u64) -> Value {
+        json!({ "instructions": { "median": median, "p99": max, "max": max } })
     }
 
-    /// The number of `instructions` objects in a value.
+    #[test]
+    fn a_part_that_needs_more_than_the_margin_is_named() {
+        let counts = |gate: u64, spline: u64| {
+            let mut counts = Counts::default();
+            counts.add("default: tick: gate", &of(gate, 300)).unwrap();
+            counts.add("generator spline", &of(500, spline)).unwrap();
+            counts
+        };
+        let before = counts(200, 1000);
+        assert_eq!(differences(&before, &counts(210, 1050)).unwrap(), [""; 0]);
+        assert_eq!(differences(&before, &counts(211, 900)).unwrap(), ["default: tick: gate, median: 211, before 200"]);
+        let lines = ["generator spline, max: 1051, before 1000", "generator spline, p99: 1051, before 1000"];
+        let mut got = differences(&before, &counts(1, 1051)).unwrap();
+        got.sort();
+        assert_eq!(got, lines);
+        let mut fewer = before.clone();
+        fewer.0.remove("generator spline");
+        assert_eq!(differences(&before, &fewer).unwrap(), ["generator spline: was not measured"]);
+        assert_eq!(differences(&fewer, &before).unwrap(), ["generator spline: is new"]);
+    }
+
+    #[test]
+    fn of_a_period_the_maximum_alone_counts_and_no_name_counts_twice() {
+        let mut counts = Counts::default();
+        counts.add("default: control period", &of(8000, 9000)).unwrap();
+        assert_eq!(counts.0["default: control period"], json!({ "max": 9000 }));
+        assert!(counts.add("default: control period", &of(1, 1)).unwrap_err().to_string().contains("two counts"));
+        assert!(counts.add("tick", &json!({})).unwrap_err().to_string().contains("tick has no median"));
+    }
+
+    #[test]
+    fn the_steps_beside_c_are_replaced() {
+        let step = |rust: u64| json!({ "networks": [{ "name": "R1", "rust": of(rust, rust) }], "gate_any": { "cost": of(5, 6) } });
+        let mut counts = Counts::default();
+        counts.add("tick", &of(1, 2)).unwrap();
+        counts.beside_c(&step(7)).unwrap();
+        counts.beside_c(&step(8)).unwrap();
+        assert_eq!((counts.0.len(), &counts.0["beside C: R1"]["max"]), (3, &json!(8)));
+        counts.beside_c(&Value::Null).unwrap();
+        assert_eq!(counts.0.len(), 1);
+    }
+
+    /// The number of `instructions` in a value.
     fn counted(value: &Value) -> usize {
         match value {
             Value::Object(fields) => {
@@ -450,22 +531,21 @@ mod tests {
     }
 
     #[test]
-    fn every_count_of_instructions_is_compared_but_those_of_c() {
+    fn every_count_of_the_page_is_compared_but_those_of_c() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-        let result: Value = serde_json::from_str(&std::fs::read_to_string(root.join(page::JSON)).unwrap()).unwrap();
-        let counts = counts(&result).unwrap();
+        let mut result: Value = serde_json::from_str(&std::fs::read_to_string(root.join(page::JSON)).unwrap()).unwrap();
+        let compared = result["compared"].take();
+        let counts = compared["instructions"].as_object().unwrap();
         let networks = result["beside_c"]["networks"].as_array().unwrap();
         let of_c: usize = networks.iter().map(|network| counted(&network["c"]) + counted(&network["c_fused"])).sum();
-        assert_eq!(counts.len(), COMPARED.len() * (counted(&result) - of_c));
-        let names: std::collections::BTreeSet<&str> = counts.iter().map(|(part, _)| part.as_str()).collect();
-        assert_eq!(names.len(), counts.len(), "two counts of one name");
-        // Each interrupt that the firmware enables has a row.
+        assert_eq!(counts.len(), counted(&result) - of_c);
+        // Each interrupt that the firmware enables is among them.
         let list = std::fs::read_to_string(root.join("firmware/src/interrupts.rs")).unwrap();
         let enabled: Vec<&str> =
             list.lines().filter_map(|line| line.trim().split_once("name: \"")?.1.split('"').next()).collect();
         assert_eq!(enabled.len(), 6, "{enabled:?}");
         for name in enabled {
-            assert!(names.iter().any(|part| part.ends_with(&format!("interrupt: {name}, max"))), "{name}");
+            assert!(counts.keys().any(|part| part.ends_with(&format!("interrupt: {name}"))), "{name}");
         }
     }
 }

@@ -48,39 +48,52 @@ fn profile(workspace: &mut Workspace) -> Result<(PathBuf, String)> {
     pico::install_emulator()?;
     let elf = pico::build(workspace, Variant::USUAL)?;
     let uf2 = pico::with_default_robot(workspace, &elf)?;
-    let text = walked(&uf2, &elf)?;
+    let text = profile_of(&uf2, &elf)?;
     Ok((elf, text))
 }
 
 /// What `profile.mjs` writes of an image.
-fn walked(uf2: &Path, elf: &Path) -> Result<String> {
+fn profile_of(uf2: &Path, elf: &Path) -> Result<String> {
     let mut profile = shell::command("node");
     profile.arg("profile.mjs").args([uf2, elf]).current_dir(pico::EMULATOR);
     shell::stdout_of(&mut profile)
 }
 
-/// Compares the cycles of a tick, on average and the longest, with docs/performance.json: what was compared, or why nothing was. The emulator counts as
-/// the core's manual does, so the cycles of one image are always the same.
+/// Compares the cycles of a tick, on average and the longest, with docs/performance.json: what was compared, or why nothing was. The emulator has no input
+/// but the script's, so an image has the same cycles in every run.
 pub(crate) fn compare(uf2: &Path, elf: &Path) -> Result<String> {
     let baseline = board::baseline()?;
-    let compiler = baseline["compiler"].as_str().unwrap_or_default();
-    let image = std::fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
-    if compiler.is_empty() || !image.windows(compiler.len()).any(|bytes| bytes == compiler.as_bytes()) {
-        return Ok(format!("cycles not compared: the image is not by {compiler}, as the numbers of {}", page::JSON));
+    match board::not_comparable(&baseline, elf)? {
+        Some(why) => Ok(format!("cycles not compared: {why}")),
+        None => judged(&baseline, head(&profile_of(uf2, elf)?)?),
     }
-    let [_, mean, longest, _] = head(&walked(uf2, elf)?)?;
-    let boards = baseline["boards"].as_array().into_iter().flatten();
-    let before = boards.map(|board| (&board["name"], &board["emulated"])).find(|(name, _)| *name == NAME);
-    let (_, before) = before.with_context(|| format!("{} has no row of the {NAME}", page::JSON))?;
-    for (what, key, now) in [("on average", "mean_cycles", mean), ("longest", "longest_cycles", longest)] {
-        let before = before[key].as_u64().with_context(|| format!("{} has no {key}", page::JSON))?;
+}
+
+/// What is said of a run's numbers.
+fn judged(baseline: &Value, [ticks, mean, longest, in_flash]: [u64; 4]) -> Result<String> {
+    let mut boards = baseline["boards"].as_array().into_iter().flatten();
+    let before = boards.find(|board| board["name"] == NAME).with_context(|| {
+        format!("{} has no row of the {NAME}; on a machine with node: {}", page::JSON, board::HOW_TO_WRITE)
+    })?;
+    let before = |key: &str| {
+        before["emulated"][key].as_u64().with_context(|| format!("{} has no {key} of the {NAME}", page::JSON))
+    };
+    ensure!(ticks == before("ticks")?, "{ticks} ticks were counted, before {}", before("ticks")?);
+    let numbers = [
+        ("a tick takes on average", "mean_cycles", mean),
+        ("the longest tick takes", "longest_cycles", longest),
+        ("a tick takes in flash", "mean_cycles_in_flash", in_flash),
+    ];
+    for (what, key, now) in numbers {
+        let before = before(key)?;
         ensure!(
             !board::is_grown(before, now),
-            "a tick takes {now} cycles {what}, before {before}: more than {} % more. If that is meant: cargo xtask bench board --write --reason \"...\"",
-            board::MARGIN_PERCENT
+            "{what} {now} cycles, before {before}: more than {} % more. If that is meant: {}",
+            board::MARGIN_PERCENT,
+            board::HOW_TO_WRITE
         );
     }
-    Ok(format!("a tick: {mean} cycles on average, {longest} the longest"))
+    Ok(format!("a tick: {mean} cycles on average, the longest {longest}"))
 }
 
 /// Ticks, their cycles on average, the longest, and those in flash: the first line that `profile.mjs` writes.
@@ -99,6 +112,23 @@ fn numbers(line: &str) -> Option<[u64; 4]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_tick_that_needs_more_cycles_is_named() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let text = std::fs::read_to_string(root.join(page::JSON)).unwrap();
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap()["boards"][1]["name"], NAME);
+        let emulated =
+            json!({ "ticks": 1000, "mean_cycles": 30_000, "longest_cycles": 32_000, "mean_cycles_in_flash": 0 });
+        let baseline = json!({ "boards": [{ "name": "another" }, { "name": NAME, "emulated": emulated }] });
+        let wrong = |numbers| judged(&baseline, numbers).unwrap_err().to_string();
+        assert!(judged(&baseline, [1000, 31_500, 33_600, 0]).unwrap().contains("31500"));
+        assert!(wrong([1000, 31_501, 32_000, 0]).contains("on average 31501 cycles, before 30000"));
+        assert!(wrong([1000, 30_000, 33_601, 0]).contains("longest"));
+        assert!(wrong([1000, 30_000, 32_000, 1]).contains("in flash"));
+        assert!(wrong([999, 30_000, 32_000, 0]).contains("999 ticks"));
+        assert!(judged(&json!({}), [1000, 1, 1, 0]).unwrap_err().to_string().contains("no row"));
+    }
 
     #[test]
     fn the_first_line_of_the_profile_has_four_numbers() {
