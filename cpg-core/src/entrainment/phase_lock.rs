@@ -149,7 +149,7 @@ impl PhaseLockConfig {
         Ok(PhaseLock {
             config: *self,
             template,
-            around: [template.ahead(Phase(0) - by), template.ahead(by)],
+            early_and_late: [template.ahead(Phase(0) - by), template.ahead(by)],
             filtered: filtered(&template, &self.sogi)?,
             moments,
             period_s: period.seconds(),
@@ -236,7 +236,7 @@ pub struct PhaseLock {
     config: PhaseLockConfig,
     template: Template,
     /// The template [`PREDICTION_CYCLES`] ago, and that much later.
-    around: [Template; 2],
+    early_and_late: [Template; 2],
     filtered: Filtered,
     moments: Moments,
     period_s: f32,
@@ -349,7 +349,7 @@ impl PhaseLock {
         let far = (!is_close).then(|| direction.angle());
         let limit = config.near_within.0;
         let relative = self.relative_to(filtered);
-        let (angle, slopes) = self.around(&harmonics);
+        let (angle, slopes) = self.angle_and_slopes_at(&harmonics);
         self.state.kept = Some(Kept { relative, angle, slopes });
         let large_enough = relative > 0.4;
         let close = far.is_none_or(|far| far.abs() < 0.5 * limit);
@@ -495,7 +495,7 @@ impl PhaseLock {
     /// The angle predicted at the estimated phase, with the learned offset and gain of the sensor.
     #[must_use]
     pub fn predicted(&self) -> Radians {
-        Radians(self.measured(self.template_around().0))
+        Radians(self.measured(self.angle_and_slopes().0))
     }
 
     /// Prediction for the measured joint: its angle, and its rates (rad/s) at the estimated phase minus [`PREDICTION_CYCLES`], at it, and at it plus
@@ -503,7 +503,7 @@ impl PhaseLock {
     #[must_use]
     pub fn prediction(&self) -> (Radians, [f32; 3]) {
         let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
-        let (angle, slopes) = self.template_around();
+        let (angle, slopes) = self.angle_and_slopes();
         (Radians(self.measured(angle)), slopes.map(|slope| scale * slope))
     }
 
@@ -514,17 +514,17 @@ impl PhaseLock {
     }
 
     /// The template's angle at the estimated phase, and its slopes a little before, at it, and a little after.
-    fn template_around(&self) -> (f32, [f32; 3]) {
+    fn angle_and_slopes(&self) -> (f32, [f32; 3]) {
         match self.state.kept {
             Some(Kept { angle, slopes, .. }) => (angle, slopes),
-            None => self.around(&Harmonics::of(self.state.phase)),
+            None => self.angle_and_slopes_at(&Harmonics::of(self.state.phase)),
         }
     }
 
     /// The same at the phase of these harmonics.
     #[inline(always)]
-    fn around(&self, harmonics: &Harmonics<TEMPLATE_HARMONICS>) -> (f32, [f32; 3]) {
-        let [early, late] = &self.around;
+    fn angle_and_slopes_at(&self, harmonics: &Harmonics<TEMPLATE_HARMONICS>) -> (f32, [f32; 3]) {
+        let [early, late] = &self.early_and_late;
         let points = Template::points_at([early, &self.template, late], harmonics);
         let [_, now, _] = points;
         (now.angle, points.map(|point| point.slope))
@@ -651,7 +651,11 @@ mod tests {
             kept += u32::from(lock.state.kept.is_some());
             let computed = lock.relative_to(lock.filtered_at(&Harmonics::<FILTERED>::of(lock.state.phase)));
             assert_eq!(lock.relative_amplitude().to_bits(), computed.to_bits(), "tick {tick}");
-            assert_eq!(lock.template_around(), lock.around(&Harmonics::of(lock.state.phase)), "tick {tick}");
+            assert_eq!(
+                lock.angle_and_slopes(),
+                lock.angle_and_slopes_at(&Harmonics::of(lock.state.phase)),
+                "tick {tick}"
+            );
         }
         assert!(kept > 20_000, "{kept}");
     }

@@ -37,7 +37,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
         number(&tick["cycles"]["median"])?
     );
     let reason = name(&result["reason"]).context("the reason of the numbers")?;
-    let _ = writeln!(text, "Why they changed the last time:\n{reason}.\n");
+    let _ = writeln!(text, "Reason of their last change:\n{reason}.\n");
     text += "## A tick in each set-up\n\n";
     text += "A tick is the interrupt at the end of the samples and the control task. The last column is all code, with the tasks below the tick and\n\
              the other interrupts, as a part of the processor's time, the mean over the run.\n\n";
@@ -85,7 +85,7 @@ pub(super) fn page(result: &Value) -> Result<String> {
             text += &row_of_a_part(row)?;
         }
     }
-    text += "\n### Interrupts that a walk has not\n\nThe last 5 s of a run of 9 s with a wave at the synchronisation input, an edge each millisecond, conversions that are lost, and at its end the\n\
+    text += "\n### Interrupts that do not occur in a walk\n\nThe last 5 s of a run of 9 s with a wave at the synchronisation input, an edge each millisecond, conversions that are lost, and at its end the\n\
              emergency stop. The handler of the stop switches itself off until the next arming, so it runs once.\n\n\
              | interrupt | runs | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of these waits for flash, median |\n|---|---|---|---|---|\n";
     for row in result["rare_interrupts"].as_array().context("no rare interrupts")? {
@@ -210,7 +210,7 @@ fn since_the_first(result: &Value) -> Result<String> {
     ] {
         let _ = writeln!(text, "| {what} | {} |", beside(&first["image"][key], &result["image"][key])?);
     }
-    text += "\nSince then telemetry also proves the program in flash, and the image has records, checks and generators that it had not.\n";
+    text += "\nSince then telemetry also checks the check sum of the program in flash, and the image has records, checks and generators that it had not.\n";
     Ok(text)
 }
 
@@ -268,7 +268,6 @@ fn gate_in_a_walk(walk: &Value, of: &Value) -> Result<String> {
         let what = name(&network["name"])?;
         if what == super::beside_c::GATE {
             gate = Some(network);
-            continue;
         }
         let over = |with_waits: bool| -> Result<f64> {
             let cycles = |row: &Value| -> Result<f64> {
