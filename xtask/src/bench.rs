@@ -8,6 +8,7 @@
 
 mod beside_c;
 mod board;
+mod compared;
 mod counted;
 mod host;
 mod page;

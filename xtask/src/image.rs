@@ -75,7 +75,7 @@ fn sections(elf: &[u8]) -> Result<Vec<Section>, &'static str> {
     (0..count).map(section).collect()
 }
 
-/// The compiler, as it writes itself into the section `.comment`: its line ends with a zero byte, and so does the line before.
+/// The compiler, as it writes itself into the section `.comment`: lines that end with a zero byte, after one of another section.
 pub(crate) fn compiler(elf: &[u8]) -> Option<&str> {
     const BEGIN: &[u8] = b"\0rustc version ";
     let at = elf.windows(BEGIN.len()).position(|bytes| bytes == BEGIN)? + 1;

@@ -8,28 +8,15 @@ use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
+use super::compared::{self, Counts};
 use super::counted::row;
 use super::{beside_c, page, pico};
 use crate::board::{Board, Variant};
-use crate::image;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::{C_COMPILER, Workspace};
-
-/// How much more instructions than in docs/performance.json a part may need, percent.
-pub(super) const MARGIN_PERCENT: u64 = 5;
-/// Virtual seconds of walking whose counts are compared with those of docs/performance.json: over two strides.
-const COMPARED_SECS: u64 = 3;
-/// What writes docs/performance.json.
-pub(super) const HOW_TO_WRITE: &str = "cargo xtask bench board --write --reason \"...\"";
-/// Numbers of a count that are compared.
-const COMPARED: [&str; 3] = ["median", "p99", "max"];
-/// The sum of tick and thread in a period. The thread has something to do in every second one, so its median jumps between two values.
-const PERIOD: &str = "control period";
-/// Names of the steps that only a machine with a compiler of C measures begin with it.
-const BESIDE_C: &str = "beside C: ";
 
 /// Options of `cargo xtask bench board`.
 #[derive(Debug, Clone, clap::Args)]
@@ -169,8 +156,9 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
         "no node on the path, so the page would lose the Pico; Debian has it in nodejs and npm. Without --write the other numbers are printed"
     );
     ensure!(
-        !options.write || options.secs >= COMPARED_SECS,
-        "--write needs --secs {COMPARED_SECS} or more: `cargo xtask test` compares so many"
+        !options.write || options.secs >= compared::SECS,
+        "--write needs --secs {} or more: `cargo xtask test` compares so many",
+        compared::SECS
     );
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
@@ -184,9 +172,9 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
     let beside_c = workspace.beside_c()?;
     let (mut result, mut counts) = if options.only_c {
-        let before = baseline()?;
-        let counts = before["compared"]["instructions"].as_object().cloned().unwrap_or_default();
-        (before, Counts(counts))
+        let before = compared::baseline()?;
+        let counts = Counts::of(&before)?;
+        (before, counts)
     } else {
         let mut counts = Counts::default();
         let mut measured = measure(&programs, options.secs, &mut counts)?;
@@ -195,7 +183,7 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
         (measured, counts)
     };
     let reason = options.reason.clone().map(Value::from);
-    result["reason"] = reason.or_else(|| Some(baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
+    result["reason"] = reason.or_else(|| Some(compared::baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
     result["beside_c"] = beside_c::measure(&programs.virtual_board, &programs.board_cost, &beside_c, &programs.folder)?;
     let (by, others) = (&result["beside_c"]["rust_compiler"], &result["compiler"]);
     ensure!(
@@ -203,7 +191,7 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
         "the steps are by {by}, the other numbers by {others}: measure all, without --only-c"
     );
     counts.beside_c(&result["beside_c"])?;
-    result["compared"] = json!({ "secs": COMPARED_SECS, "instructions": counts.0 });
+    result["compared"] = json!({ "secs": compared::SECS, "instructions": counts.0 });
     let text = serde_json::to_string_pretty(&result).context("writing the result")? + "\n";
     if options.write {
         for (file, text) in [(page::JSON, &text), (page::PAGE, &page::page(&result)?)] {
@@ -215,19 +203,13 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The numbers of docs/performance.json.
-pub(super) fn baseline() -> Result<Value> {
-    let text = std::fs::read_to_string(page::JSON).with_context(|| format!("reading {}", page::JSON))?;
-    serde_json::from_str(&text).with_context(|| format!("reading {}", page::JSON))
-}
-
-/// Compares the counts of the first seconds of each run with those of docs/performance.json: what was compared, or why nothing was, since another compiler
-/// makes other instructions.
+/// Compares an image with docs/performance.json ([`Counts`]): what was compared, or why nothing was, since another compiler makes other instructions.
 pub(crate) fn compare(workspace: &Workspace, elf: &Path, virtual_board: &Path, footfall: &Path) -> Result<String> {
-    let baseline = baseline()?;
-    if let Some(why) = not_comparable(&baseline, elf)? {
+    let baseline = compared::baseline()?;
+    if let Some(why) = compared::not_comparable(&baseline, elf)? {
         return Ok(format!("instructions not compared: {why}"));
     }
+    let mut before = Counts::of(&baseline)?;
     let programs = Programs {
         elf: elf.to_owned(),
         virtual_board: virtual_board.to_owned(),
@@ -237,90 +219,26 @@ pub(crate) fn compare(workspace: &Workspace, elf: &Path, virtual_board: &Path, f
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
     let mut counts = Counts::default();
-    measure(&programs, COMPARED_SECS, &mut counts)?;
-    other_board(workspace, &programs, COMPARED_SECS, &mut counts)?;
+    measure(&programs, compared::SECS, &mut counts)?;
+    other_board(workspace, &programs, compared::SECS, &mut counts)?;
     let steps = workspace.beside_c()?;
     let beside_c = beside_c::measure(&programs.virtual_board, &programs.board_cost, &steps, &programs.folder)?;
     counts.beside_c(&beside_c)?;
-    let compared = &baseline["compared"];
-    let before = compared["instructions"].as_object().filter(|_| compared["secs"] == COMPARED_SECS);
-    let before =
-        before.with_context(|| format!("{} has no counts of {COMPARED_SECS} s: {HOW_TO_WRITE}", page::JSON))?;
-    let is_left_out = |part: &str| beside_c.is_null() && part.starts_with(BESIDE_C);
-    let before = Counts(before.clone().into_iter().filter(|(part, _)| !is_left_out(part)).collect());
-    let differences = differences(&before, &counts)?;
+    let mut without = String::new();
+    if beside_c.is_null() {
+        before.forget_beside_c();
+        without = format!(", without the steps beside C: no {C_COMPILER}");
+    }
+    let differences = before.differences(&counts);
     ensure!(
         differences.is_empty(),
-        "not as in {}, where a count may grow by {MARGIN_PERCENT} %:\n{}\nIf that is meant: {HOW_TO_WRITE}",
+        "not as in {}, from which a count may differ by {} %:\n{}\nIf that is meant: {}",
         page::JSON,
-        differences.join("\n")
+        compared::MARGIN_PERCENT,
+        differences.join("\n"),
+        compared::HOW_TO_WRITE
     );
-    let without =
-        if beside_c.is_null() { format!(", without the steps beside C: no {}", C_COMPILER) } else { String::new() };
     Ok(format!("instructions of {} parts{without}", before.0.len()))
-}
-
-/// Why the numbers of docs/performance.json say nothing about an image: another compiler.
-pub(super) fn not_comparable(baseline: &Value, elf: &Path) -> Result<Option<String>> {
-    let bytes = std::fs::read(elf).with_context(|| format!("reading {}", elf.display()))?;
-    let by = image::compiler(&bytes).unwrap_or("an unknown compiler");
-    let before = baseline["compiler"].as_str().unwrap_or_default();
-    Ok((by != before).then(|| format!("the image is by {by}, the numbers of {} by {before}", page::JSON)))
-}
-
-/// Instructions by the name of what was counted: of each part in each set-up, of each rare interrupt and kind of generator, of a tick on the other board, and
-/// of the steps beside C. The Pico's numbers are cycles of another emulator.
-#[derive(Debug, Clone, Default, PartialEq)]
-struct Counts(Map<String, Value>);
-
-impl Counts {
-    fn add(&mut self, name: &str, row: &Value) -> Result<()> {
-        let mut of = Map::new();
-        for number in COMPARED.into_iter().filter(|number| !name.ends_with(PERIOD) || *number == "max") {
-            let count = row["instructions"][number].as_u64().with_context(|| format!("{name} has no {number}"))?;
-            of.insert(number.to_owned(), count.into());
-        }
-        let before = self.0.insert(name.to_owned(), of.into());
-        ensure!(before.is_none(), "two counts of the name `{name}`");
-        Ok(())
-    }
-
-    /// Puts the steps in Rust beside C in the place of those before; null has none.
-    fn beside_c(&mut self, measured: &Value) -> Result<()> {
-        self.0.retain(|name, _| !name.starts_with(BESIDE_C));
-        if measured.is_null() {
-            return Ok(());
-        }
-        for network in measured["networks"].as_array().context("no steps beside C")? {
-            self.add(&format!("{BESIDE_C}{}", network["name"].as_str().unwrap_or_default()), &network["rust"])?;
-        }
-        self.add(&format!("{BESIDE_C}gate, targets of every kind"), &measured["gate_any"]["cost"])
-    }
-}
-
-/// Whether a number grew by more than the margin.
-pub(super) const fn is_grown(before: u64, now: u64) -> bool {
-    now * 100 > before * (100 + MARGIN_PERCENT)
-}
-
-/// A line for each count that is too great, and for each part that one of both lacks.
-fn differences(before: &Counts, now: &Counts) -> Result<Vec<String>> {
-    let mut lines = Vec::new();
-    for (part, before) in &before.0 {
-        let Some(now) = now.0.get(part) else {
-            lines.push(format!("{part}: was not measured"));
-            continue;
-        };
-        for (number, before) in before.as_object().into_iter().flatten() {
-            let [before, now] = [before, &now[number]].map(Value::as_u64);
-            let (before, now) = before.zip(now).with_context(|| format!("{part}: {number} is no number"))?;
-            if is_grown(before, now) {
-                lines.push(format!("{part}, {number}: {now}, before {before}"));
-            }
-        }
-    }
-    lines.extend(now.0.keys().filter(|part| !before.0.contains_key(*part)).map(|part| format!("{part}: is new")));
-    Ok(lines)
 }
 
 fn measure(programs: &Programs, secs: u64, counts: &mut Counts) -> Result<Value> {
@@ -351,8 +269,10 @@ fn measure(programs: &Programs, secs: u64, counts: &mut Counts) -> Result<Value>
             let ticks = secs * TICKS_HZ;
             let cycles = counted["cycles"].as_u64().context("no cycles")? as f64;
             let load = cycles / (ticks * (HCLK_HZ / TICKS_HZ)) as f64;
-            for row in first["rows"].as_array().context("board-cost lists no parts")? {
-                counts.add(&format!("{}: {}", set_up.name, row["part"].as_str().unwrap_or_default()), row)?;
+            let rows = |counted: &Value| counted["rows"].as_array().cloned().context("board-cost lists no parts");
+            for (first, whole) in rows(&first)?.iter().zip(rows(&counted)?) {
+                ensure!(first["part"] == whole["part"], "{}: the first seconds have other parts", set_up.name);
+                counts.add_part(set_up.name, first, &whole)?;
             }
             set_ups.push(json!({
                 "name": set_up.name,
@@ -455,9 +375,9 @@ impl Programs {
         Ok(end)
     }
 
-    /// The counts of the first [`COMPARED_SECS`] of a run, of which `counted` has the first `secs`.
+    /// The counts of the first [`compared::SECS`] of a run, of which `counted` has the first `secs`.
     fn first(&self, trace: &Path, secs: u64, counted: &Value) -> Result<Value> {
-        if secs == COMPARED_SECS { Ok(counted.clone()) } else { self.count(trace, COMPARED_SECS, &[]) }
+        if secs == compared::SECS { Ok(counted.clone()) } else { self.count(trace, compared::SECS, &[]) }
     }
 
     fn count(&self, trace: &Path, secs: u64, more: &[&str]) -> Result<Value> {
@@ -466,86 +386,5 @@ impl Programs {
         count.args(["--from-ms", &FROM_MS.to_string(), "--for-ms", &(secs * 1000).to_string()]).args(more);
         let text = shell::stdout_of(&mut count)?;
         serde_json::from_str(&text).context("reading the output of board-cost")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn of(median: u64, max: u64) -> Value {
-        json!({ "instructions": { "median": median, "p99": max, "max": max } })
-    }
-
-    #[test]
-    fn a_part_that_needs_more_than_the_margin_is_named() {
-        let counts = |gate: u64, spline: u64| {
-            let mut counts = Counts::default();
-            counts.add("default: tick: gate", &of(gate, 300)).unwrap();
-            counts.add("generator spline", &of(500, spline)).unwrap();
-            counts
-        };
-        let before = counts(200, 1000);
-        assert_eq!(differences(&before, &counts(210, 1050)).unwrap(), [""; 0]);
-        assert_eq!(differences(&before, &counts(211, 900)).unwrap(), ["default: tick: gate, median: 211, before 200"]);
-        let lines = ["generator spline, max: 1051, before 1000", "generator spline, p99: 1051, before 1000"];
-        let mut got = differences(&before, &counts(1, 1051)).unwrap();
-        got.sort();
-        assert_eq!(got, lines);
-        let mut fewer = before.clone();
-        fewer.0.remove("generator spline");
-        assert_eq!(differences(&before, &fewer).unwrap(), ["generator spline: was not measured"]);
-        assert_eq!(differences(&fewer, &before).unwrap(), ["generator spline: is new"]);
-    }
-
-    #[test]
-    fn of_a_period_the_maximum_alone_counts_and_no_name_counts_twice() {
-        let mut counts = Counts::default();
-        counts.add("default: control period", &of(8000, 9000)).unwrap();
-        assert_eq!(counts.0["default: control period"], json!({ "max": 9000 }));
-        assert!(counts.add("default: control period", &of(1, 1)).unwrap_err().to_string().contains("two counts"));
-        assert!(counts.add("tick", &json!({})).unwrap_err().to_string().contains("tick has no median"));
-    }
-
-    #[test]
-    fn the_steps_beside_c_are_replaced() {
-        let step = |rust: u64| json!({ "networks": [{ "name": "R1", "rust": of(rust, rust) }], "gate_any": { "cost": of(5, 6) } });
-        let mut counts = Counts::default();
-        counts.add("tick", &of(1, 2)).unwrap();
-        counts.beside_c(&step(7)).unwrap();
-        counts.beside_c(&step(8)).unwrap();
-        assert_eq!((counts.0.len(), &counts.0["beside C: R1"]["max"]), (3, &json!(8)));
-        counts.beside_c(&Value::Null).unwrap();
-        assert_eq!(counts.0.len(), 1);
-    }
-
-    /// The number of `instructions` in a value.
-    fn counted(value: &Value) -> usize {
-        match value {
-            Value::Object(fields) => {
-                usize::from(fields.contains_key("instructions")) + fields.values().map(counted).sum::<usize>()
-            }
-            Value::Array(values) => values.iter().map(counted).sum(),
-            _ => 0,
-        }
-    }
-
-    #[test]
-    fn every_count_of_the_page_is_compared_but_those_of_c() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-        let mut result: Value = serde_json::from_str(&std::fs::read_to_string(root.join(page::JSON)).unwrap()).unwrap();
-        let compared = result["compared"].take();
-        let counts = compared["instructions"].as_object().unwrap();
-        let networks = result["beside_c"]["networks"].as_array().unwrap();
-        let of_c: usize = networks.iter().map(|network| counted(&network["c"]) + counted(&network["c_fused"])).sum();
-        assert_eq!(counts.len(), counted(&result) - of_c);
-        // Each interrupt that the firmware enables is among them.
-        let list = std::fs::read_to_string(root.join("firmware/src/interrupts.rs")).unwrap();
-        let enabled: Vec<&str> =
-            list.lines().filter_map(|line| line.trim().split_once("name: \"")?.1.split('"').next()).collect();
-        assert_eq!(enabled.len(), 6, "{enabled:?}");
-        for name in enabled {
-            assert!(counts.keys().any(|part| part.ends_with(&format!("interrupt: {name}"))), "{name}");
-        }
     }
 }

@@ -169,7 +169,7 @@ pub(super) const STEPS: [Step; 27] = [
     },
     Step {
         name: "pico",
-        claim: "the image of the Raspberry Pi Pico walks on rp2040js with the setpoints of the host, and its tick needs no more than 5 % more cycles than docs/performance.json; its packages come from the network",
+        claim: "the image of the Raspberry Pi Pico walks on rp2040js with the setpoints of the host, and the cycles of its tick differ by no more than 5 % from docs/performance.json; its packages come from the network",
         needs: &[Need::BoardCompiler, Need::Node],
         uses: &[],
         run: pico::on_the_emulator,
@@ -197,7 +197,7 @@ pub(super) const STEPS: [Step; 27] = [
     },
     Step {
         name: "board-cost",
-        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, the trace changes no run, no part on two boards needs more than 5 % more instructions than docs/performance.json, nor a step beside C where there is its compiler, and the programs that look at images pass their tests",
+        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, the trace changes no run, no part on two boards differs by more than 5 % from its instructions in docs/performance.json, nor a step beside C where there is its compiler, and the programs that look at images pass their tests",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: audits::board_cost,
