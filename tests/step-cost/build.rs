@@ -9,6 +9,8 @@ use std::process::{Command, Stdio};
 const COMPILER: &str = "arm-none-eabi-gcc";
 /// The sources in C.
 const SOURCES: [&str; 2] = ["networks", "gate"];
+/// The programs that call them.
+const PROGRAMS: [&str; 2] = ["beside-c", "witness"];
 /// A recorded walk: time, and four angles in degrees.
 const RECORDED: &str = "../traces/gaitkit_fukuchi_healthy.csv";
 /// Ending of the functions' names, and how they are compiled.
@@ -35,7 +37,9 @@ fn main() {
                 for (ending, contraction) in VARIANTS {
                     let object = out.join(format!("{source}_{ending}.o"));
                     compile(&folder.join(format!("c/{source}.c")), &object, ending, contraction);
-                    println!("cargo:rustc-link-arg-bin=beside-c={}", object.display());
+                    for program in PROGRAMS {
+                        println!("cargo:rustc-link-arg-bin={program}={}", object.display());
+                    }
                 }
             }
             println!("cargo:rustc-cfg=beside_c");

@@ -13,9 +13,12 @@ mod counted;
 mod host;
 mod page;
 mod pico;
+mod qemu;
+mod qemu_log;
 
 pub(crate) use board::compare as compare_instructions;
 pub(crate) use pico::compare as compare_pico;
+pub(crate) use qemu::compare as compare_with_qemu;
 
 use std::fmt::Write as _;
 use std::process::ExitCode;

@@ -28,6 +28,9 @@ const SHT_SYMTAB: u32 = 2;
 const SHT_NOBITS: u32 = 8;
 const SHF_ALLOC: u32 = 2;
 const SYMBOL_SIZE: usize = 16;
+/// Place of the type in a symbol.
+const SYMBOL_INFO: usize = 12;
+const STT_FUNC: u8 = 2;
 /// Where an STM32's RAM starts; flash lies below (RM0090, memory map).
 const RAM_START: u32 = 0x2000_0000;
 
@@ -184,24 +187,41 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>, &'static str> {
     Ok(segments)
 }
 
-/// The names in the symbol table.
-fn symbols(elf: &[u8]) -> Result<Vec<String>, &'static str> {
+/// An entry of the symbol table.
+struct Symbol {
+    name: String,
+    value: u32,
+    is_function: bool,
+}
+
+/// The symbol table.
+fn symbols(elf: &[u8]) -> Result<Vec<Symbol>, &'static str> {
     let sections = sections(elf)?;
     let table = sections.iter().find(|section| section.kind == SHT_SYMTAB).ok_or("the ELF file has no symbol table")?;
     let names = sections.get(table.link as usize).ok_or(CUT)?;
     let count = table.size as usize / SYMBOL_SIZE;
-    let name = |index: usize| {
-        let start = word(elf, table.offset as usize + index * SYMBOL_SIZE)? as usize;
-        let rest = elf.get((names.offset as usize).saturating_add(start)..).ok_or(CUT)?;
+    let symbol = |index: usize| {
+        let at = table.offset as usize + index * SYMBOL_SIZE;
+        let rest = elf.get((names.offset as usize).saturating_add(word(elf, at)? as usize)..).ok_or(CUT)?;
         let end = rest.iter().position(|&byte| byte == 0).ok_or(CUT)?;
-        Ok(String::from_utf8_lossy(&rest[..end]).into_owned())
+        let name = String::from_utf8_lossy(&rest[..end]).into_owned();
+        let is_function = *elf.get(at + SYMBOL_INFO).ok_or(CUT)? & 0xF == STT_FUNC;
+        Ok(Symbol { name, value: word(elf, at + 4)?, is_function })
     };
-    (0..count).map(name).collect()
+    (0..count).map(symbol).collect()
+}
+
+/// Names and addresses of the functions.
+pub(crate) fn functions(elf: &[u8]) -> Result<Vec<(String, u32)>, &'static str> {
+    let functions = symbols(elf)?.into_iter().filter(|symbol| symbol.is_function);
+    // Bit 0 says that the code is Thumb.
+    Ok(functions.map(|symbol| (symbol.name, symbol.value & !1)).collect())
 }
 
 /// Routines that compute in double precision: the Cortex-M4F does that in software, fifty times slower than in single precision.
 pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>, &'static str> {
-    let mut found: Vec<String> = symbols(elf)?.into_iter().filter(|name| is_double_precision(name)).collect();
+    let mut found: Vec<String> =
+        symbols(elf)?.into_iter().map(|symbol| symbol.name).filter(|name| is_double_precision(name)).collect();
     found.sort();
     found.dedup();
     Ok(found)
@@ -307,6 +327,27 @@ pub(crate) mod tests {
         file
     }
 
+    /// A file with code in flash, and a symbol table of functions: (name, value) each.
+    pub(crate) fn with_functions(address: u32, code: &[u8], functions: &[(&str, u32)]) -> Vec<u8> {
+        let names: Vec<&str> = functions.iter().map(|(name, _)| *name).collect();
+        let mut file = with_symbols(&names);
+        let table = 52 + 2 * 40;
+        for (index, (_, value)) in functions.iter().enumerate() {
+            let at = table + SYMBOL_SIZE * index;
+            file[at + 4..at + 8].copy_from_slice(&(address + value).to_le_bytes());
+            file[at + SYMBOL_INFO] = STT_FUNC;
+        }
+        let (headers, length) = (file.len() as u32, code.len() as u32);
+        file[0x1c..0x20].copy_from_slice(&headers.to_le_bytes());
+        file[0x2a..0x2c].copy_from_slice(&32_u16.to_le_bytes());
+        file[0x2c..0x2e].copy_from_slice(&1_u16.to_le_bytes());
+        for field in [PT_LOAD, headers + 32, address, address, length, length, 5, 4] {
+            file.extend_from_slice(&field.to_le_bytes());
+        }
+        file.extend_from_slice(code);
+        file
+    }
+
     #[test]
     fn an_image_has_a_part_on_each_side_of_the_parameters() {
         let vectors = (0x0800_0000, &b"vectors"[..]);
@@ -336,7 +377,13 @@ pub(crate) mod tests {
             with_symbols(&["main", "__aeabi_dmul", "__muldf3", "__aeabi_dcmpgt", "__aeabi_fcmpgt", "__aeabi_uldivmod"]);
         assert_eq!(double_precision(&file).unwrap(), ["__aeabi_dcmpgt", "__aeabi_dmul", "__muldf3"]);
         assert_eq!(double_precision(&with_symbols(&["step", "__divsf3"])).unwrap(), Vec::<String>::new());
-        assert!(double_precision(&elf(&[(1, 2, 0, 8)])).unwrap_err().contains("no symbol table"));
+    }
+
+    #[test]
+    fn functions_have_even_addresses_and_data_is_none() {
+        let mut file = with_functions(0x0800_0000, &[], &[("data", 0x10), ("step", 0x101)]);
+        file[52 + 2 * 40 + SYMBOL_INFO] = 1;
+        assert_eq!(functions(&file).unwrap(), [("step".to_owned(), 0x0800_0100)]);
     }
 
     #[test]

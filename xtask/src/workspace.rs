@@ -212,7 +212,7 @@ impl Workspace {
         one_program(Build { label: "step-cost", cargo: self.step_cost_build()?, executables: &["step-cost"] })
     }
 
-    /// The build of the three programs of `tests/step-cost`; its build script is run again where a compiler of C is found or lost.
+    /// The build of the programs of `tests/step-cost`; its build script is run again where a compiler of C is found or lost.
     fn step_cost_build(&self) -> Result<Command> {
         let mut cargo = self.thumb_build("step-cost", &[])?;
         cargo.env("FOOTFALL_C_COMPILER", shell::on_path(C_COMPILER).unwrap_or_default());
@@ -222,6 +222,11 @@ impl Workspace {
     /// The program that steps networks in Rust and in C, for the board.
     pub(crate) fn beside_c(&self) -> Result<PathBuf> {
         one_program(Build { label: "beside-c", cargo: self.step_cost_build()?, executables: &["beside-c"] })
+    }
+
+    /// The program whose instructions the virtual board and QEMU count.
+    pub(crate) fn witness(&self) -> Result<PathBuf> {
+        one_program(Build { label: "witness", cargo: self.step_cost_build()?, executables: &["witness"] })
     }
 
     /// The program that plays changes of gait, for the board.

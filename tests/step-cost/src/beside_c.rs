@@ -15,16 +15,25 @@ mod gate;
 #[cfg(all(target_os = "none", beside_c))]
 mod networks;
 #[cfg(all(target_os = "none", beside_c))]
+mod recorded;
+#[cfg(all(target_os = "none", beside_c))]
 mod semihosting;
 #[cfg(target_os = "none")]
 mod start;
+
+/// Steps of each network.
+#[cfg(all(target_os = "none", beside_c))]
+const NETWORK_STEPS: u32 = 2000;
+/// Steps of the gate on targets of every kind.
+#[cfg(all(target_os = "none", beside_c))]
+const ANY_STEPS: u32 = 100_000;
 
 /// Entry on the board.
 #[cfg(target_os = "none")]
 #[unsafe(no_mangle)]
 extern "C" fn after_reset() -> ! {
     #[cfg(beside_c)]
-    let status = networks::run() | gate::run();
+    let status = networks::run(NETWORK_STEPS) | gate::run(usize::MAX, ANY_STEPS);
     #[cfg(not(beside_c))]
     let status = 0;
     exit::exit(status)

@@ -3,6 +3,8 @@
 use core::arch::naked_asm;
 use core::hint::black_box;
 
+use crate::generators::Function;
+
 /// Address of DEMCR, which has the trace enable.
 const DEMCR: u32 = 0xE000_EDFC;
 /// Address of DWT_CTRL, which has the enable of the cycle counter.
@@ -37,9 +39,6 @@ pub(crate) fn begin() {
     write(DWT_CYCCNT, 0);
     write(DWT_CTRL, read(DWT_CTRL) | 1);
 }
-
-/// A counted function on a generator.
-pub(crate) type Function<G> = extern "C" fn(&mut G);
 
 /// The empty function, one instruction. Written in assembly because a compiled one could have a frame.
 #[unsafe(naked)]

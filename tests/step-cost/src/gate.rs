@@ -7,13 +7,10 @@ use core::hint::black_box;
 use joint_loop::{DEFAULT_PARK, Gate, GateConfig, GateState, GateStatus, POSE_LIMITS, PoseLimit, PoseSense};
 use joint_units::{Joint, Period, Radians};
 
+use crate::recorded;
 use crate::semihosting::TextLine;
 
-/// The recorded walk, degrees, at 150 Hz.
-static RECORDED: &[[f32; Joint::COUNT]] = &include!(concat!(env!("OUT_DIR"), "/recorded.rs"));
-/// Ticks from one pose of it to the next: 20 in three.
-const TICKS: [u32; 3] = [7, 7, 6];
-/// How often it is played.
+/// How often the recorded walk is played.
 const TIMES: u32 = 2;
 /// Steps of the gate in a radian, 2^28.
 const STEPS: f32 = 268_435_456.0;
@@ -91,13 +88,11 @@ extern "C" fn rust_gate_any(
     status.bits().into()
 }
 
-/// Compares the gates and tries any targets; the status of the program: 0, or 1 if there is no gate.
-pub(crate) fn run() -> u32 {
-    u32::from(compare().is_none() || try_any().is_none())
+/// Compares the gates in at most so many steps, and tries so many targets of every kind; the status of the program: 0, or 1 if there is no gate.
+pub(crate) fn run(most_steps: usize, any_steps: u32) -> u32 {
+    u32::from(compare(most_steps).is_none() || try_any(any_steps).is_none())
 }
 
-/// Steps of [`try_any`].
-const ANY_STEPS: u32 = 100_000;
 /// Targets of [`try_any`] lie in this range to both sides, rad: far beyond the joints' ranges.
 const FAR: f32 = 2.5;
 
@@ -120,7 +115,7 @@ impl Random {
 
 /// Steps of the gate on finite targets of every kind, with a pose envelope of all edges that it may have: jumps in each step and after some, ramps at up to twice
 /// the allowed rate, ends of ranges.
-fn try_any() -> Option<()> {
+fn try_any(steps: u32) -> Option<()> {
     let mut config = black_box(GateConfig::default_biped());
     let sum_of_hips = PoseLimit {
         first: Joint::LeftHip,
@@ -136,7 +131,7 @@ fn try_any() -> Option<()> {
     let mut left = 0;
     let mut kind = 0;
     let mut acted = 0;
-    for _ in 0..ANY_STEPS {
+    for _ in 0..steps {
         if left == 0 {
             kind = random.next() % 4;
             left = 1 + random.next() % 200;
@@ -163,12 +158,12 @@ fn try_any() -> Option<()> {
     let each = all.iter().all(|limit| acted & u32::from(limit.bits()) != 0) && acted != u32::MAX;
     let mut line = TextLine::new();
     // A line is short.
-    let _ = write!(line, "gate-any {ANY_STEPS} {}", u32::from(each));
+    let _ = write!(line, "gate-any {steps} {}", u32::from(each));
     line.print();
     Some(())
 }
 
-fn compare() -> Option<()> {
+fn compare(most_steps: usize) -> Option<()> {
     let config = black_box(GateConfig::default_biped());
     let rust = Gate::build(&config, Period::MILLISECOND).ok()?;
     let c = in_c(&config);
@@ -178,32 +173,22 @@ fn compare() -> Option<()> {
     let mut in_c = [(c_gate_exact as InC, begin, 0_u32), (c_gate_fused as InC, begin, 0)];
     let mut steps = 0_u32;
     let mut acted = GateStatus::NONE.bits();
-    for _ in 0..TIMES {
-        for (pair, ticks) in RECORDED.windows(2).zip(TICKS.into_iter().cycle()) {
-            let &[from, to] = pair else { continue };
-            for tick in 0..ticks {
-                let part = tick as f32 / ticks as f32;
-                let mut target = from.map(Radians::from_degrees);
-                for (angle, to) in target.iter_mut().zip(to) {
-                    angle.0 += (Radians::from_degrees(to).0 - angle.0) * part;
-                }
-                let mut setpoints = target;
-                let status = black_box(rust_gate as extern "C" fn(&Gate, &mut GateState, &mut [Radians; 4]) -> i32)(
-                    &rust,
-                    &mut state,
-                    &mut setpoints,
-                );
-                let bits = setpoints.map(|angle| angle.0.to_bits());
-                acted |= status as u8;
-                for (step, state, equal) in &mut in_c {
-                    let mut setpoints = target.map(|angle| angle.0);
-                    // SAFETY: the function reads and writes what it gets, whose layout is the same.
-                    let same = unsafe { black_box(*step)(&c, state, &mut setpoints) } == status;
-                    *equal += u32::from(same && setpoints.map(f32::to_bits) == bits);
-                }
-                steps += 1;
-            }
+    for target in (0..TIMES).flat_map(|_| recorded::poses()).take(most_steps) {
+        let mut setpoints = target;
+        let status = black_box(rust_gate as extern "C" fn(&Gate, &mut GateState, &mut [Radians; 4]) -> i32)(
+            &rust,
+            &mut state,
+            &mut setpoints,
+        );
+        let bits = setpoints.map(|angle| angle.0.to_bits());
+        acted |= status as u8;
+        for (step, state, equal) in &mut in_c {
+            let mut setpoints = target.map(|angle| angle.0);
+            // SAFETY: the function reads and writes what it gets, whose layout is the same.
+            let same = unsafe { black_box(*step)(&c, state, &mut setpoints) } == status;
+            *equal += u32::from(same && setpoints.map(f32::to_bits) == bits);
         }
+        steps += 1;
     }
     let [(.., exact), (.., fused)] = in_c;
     let mut line = TextLine::new();

@@ -1,7 +1,6 @@
-//! Counted generators: every generator of the catalogue [`cpg_core::gait::catalogue`], and a few variants. The step of each is a function with its
+//! The generators whose steps are counted: every generator of the catalogue [`cpg_core::gait::catalogue`], and a few variants. The step of each is a function with its
 //! own symbol, not generic and not inlined, for a disassembly (`llvm-objdump -d --disassemble-symbols=step_robust`).
 
-use core::fmt::Write as _;
 use core::hint::black_box;
 
 use cpg_core::gait::catalogue;
@@ -28,9 +27,20 @@ use cpg_core::waveform::shape::{FourierShape, PhaseShape, SplineShape};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
-use crate::count::{self, Function, InstructionCount, count};
-use crate::exit::exit;
-use crate::semihosting::TextLine;
+/// A function on a generator.
+pub(crate) type Function<G> = extern "C" fn(&mut G);
+
+/// Receives every generator in turn.
+pub(crate) trait Visitor {
+    /// A generator with its name, its step, and its step with angles; false if it has an invalid state afterwards.
+    fn generator<G: Generator<N>, const N: usize>(
+        &mut self,
+        name: &str,
+        generator: G,
+        step: Function<G>,
+        tick: Function<G>,
+    ) -> bool;
+}
 
 /// For each generator: its name, the function that builds it, its type, and the symbols of a step and of a step with its angles.
 macro_rules! generators {
@@ -50,10 +60,14 @@ macro_rules! generators {
             }
         )*
 
-        /// Counts all generators; false if one cannot be built or has an invalid state afterwards.
-        fn count_all() -> bool {
+        /// Passes all generators on; false if one cannot be built or has an invalid state afterwards.
+        pub(crate) fn visit(visitor: &mut impl Visitor) -> bool {
             let mut valid = true;
-            $(valid &= count_one($name, $build(Period::MILLISECOND).ok(), $step, $tick);)*
+            // The compiler must not use the values of the configuration.
+            $(valid &= match $build(Period::MILLISECOND).map(black_box) {
+                Ok(generator) => visitor.generator($name, generator, $step, $tick),
+                Err(_) => false,
+            };)*
             valid
         }
     };
@@ -110,32 +124,4 @@ fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
 
 fn hexapod_walk(period: Period) -> Result<HexapodWalk, BuildError> {
     HexapodWalkConfig { reversibility: 5, ..HexapodWalkConfig::default() }.build(period)
-}
-
-/// Entry point: the start-up code calls it after reset.
-#[unsafe(no_mangle)]
-extern "C" fn after_reset() -> ! {
-    count::begin();
-    exit(u32::from(!count_all()))
-}
-
-fn count_one<G: Generator<N>, const N: usize>(
-    name: &str,
-    built: Option<G>,
-    step: Function<G>,
-    tick: Function<G>,
-) -> bool {
-    // The compiler must not use the values of the configuration.
-    let Some(mut generator) = built.map(black_box) else { return false };
-    let step = count(&mut generator, step);
-    let tick = count(&mut generator, tick);
-    print_line(name, step, tick) && generator.check().is_ok()
-}
-
-fn print_line(name: &str, step: InstructionCount, tick: InstructionCount) -> bool {
-    let mut line = TextLine::new();
-    let InstructionCount { least, sum, most } = step;
-    let written = write!(line, "{name} {least} {sum} {most} {} {} {}", tick.least, tick.sum, tick.most);
-    line.print();
-    written.is_ok()
 }

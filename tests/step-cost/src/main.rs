@@ -16,6 +16,8 @@ mod generators;
 mod semihosting;
 #[cfg(target_os = "none")]
 mod start;
+#[cfg(target_os = "none")]
+mod table;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

@@ -10,8 +10,6 @@ use joint_units::Period;
 
 use crate::semihosting::TextLine;
 
-/// Steps that are compared.
-const STEPS: u32 = 2000;
 /// Time unit of the integrator: half a control period, s.
 const UNIT_S: f32 = 1000.0 / 2_000_000.0;
 const JOINTS: usize = 4;
@@ -73,8 +71,8 @@ extern "C" fn rust_r1(network: &mut Walk) {
 /// A step of a network in C.
 type Step<C> = unsafe extern "C" fn(&mut C);
 
-/// Compares both networks; the status of the program: 0, or 1 if one cannot be built.
-pub(crate) fn run() -> u32 {
+/// Compares both networks in so many steps; the status of the program: 0, or 1 if one cannot be built.
+pub(crate) fn run(steps: u32) -> u32 {
     let thesis = || -> Option<()> {
         let config = black_box(ThesisConfig::set_s());
         let mut rust: Thesis = config.build(Period::MILLISECOND).ok()?;
@@ -84,7 +82,7 @@ pub(crate) fn run() -> u32 {
         rust.set_state(&as_rust(&state, unit)).ok()?;
         let c = thesis_in_c(&config, state);
         compare(
-            "thesis",
+            ("thesis", steps),
             &mut rust,
             rust_thesis,
             |rust| rust.state(),
@@ -101,7 +99,7 @@ pub(crate) fn run() -> u32 {
         let state = begin(&rust.state(), &limit, 1.0 / c);
         rust.set_state(&as_rust(&state, 1.0 / c)).ok()?;
         compare(
-            "R1",
+            ("R1", steps),
             &mut rust,
             rust_r1,
             |rust| rust.state(),
@@ -170,7 +168,7 @@ fn r1_in_c(c: f32, state: State) -> R1InC {
 
 /// Steps a network in Rust and twice in C, and prints a line.
 fn compare<R, C: Copy>(
-    name: &str,
+    (name, steps): (&str, u32),
     rust: &mut R,
     step: extern "C" fn(&mut R),
     state: impl Fn(&R) -> OscillatorState<JOINTS>,
@@ -180,7 +178,7 @@ fn compare<R, C: Copy>(
 ) {
     let (mut without, mut with) = (begin, begin);
     let (mut equal, mut difference) = (0_u32, 0.0_f32);
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         black_box(step)(rust);
         // SAFETY: the C functions read and write the struct that they get, whose layout is the same.
         unsafe {
@@ -199,6 +197,6 @@ fn compare<R, C: Copy>(
     }
     let mut line = TextLine::new();
     // A line is short.
-    let _ = write!(line, "{name} {STEPS} {equal} {}", (difference * 1e9) as u32);
+    let _ = write!(line, "{name} {steps} {equal} {}", (difference * 1e9) as u32);
     line.print();
 }

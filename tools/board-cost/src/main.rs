@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 2 wrong input.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::path::PathBuf;
@@ -46,6 +47,9 @@ struct Cli {
     /// Instead of the firmware's parts, each call of these functions, by their symbols
     #[arg(long, value_name = "SYMBOL", num_args = 1..)]
     function: Vec<String>,
+    /// Also the instructions of each call of these functions, in order
+    #[arg(long, requires = "function")]
+    calls: bool,
     /// Writes the instructions of the tick to a file: in a tick on average how often each ran, its cycles and its waits for flash, its text, and
     /// its places in the source
     #[arg(long, value_name = "FILE")]
@@ -72,7 +76,11 @@ fn run(cli: Cli) -> Result<()> {
     }
     let image = &program.image;
     let cycles = replay.counted_cycles();
+    let calls: BTreeMap<String, Vec<u64>> = replay.calls().map(|(name, calls)| (name.to_owned(), calls)).collect();
     let mut result = json!({ "compiler": image.compiler, "cycles": cycles, "rows": replay.finish()? });
+    if cli.calls {
+        result["calls"] = json!(calls);
+    }
     if cli.image {
         let bound = stack::bound(image, &Calls::of(image)?)?.total();
         result["image"] =

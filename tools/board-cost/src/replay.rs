@@ -230,6 +230,12 @@ impl<'a> Replay<'a> {
         Ok(rows)
     }
 
+    /// The functions that are asked for, with the instructions of each of their calls, in order.
+    pub fn calls(&self) -> impl Iterator<Item = (&str, Vec<u64>)> {
+        let counts = |calls: &Vec<Cost>| calls.iter().map(|cost| cost.instructions).collect();
+        self.options.functions.iter().map(String::as_str).zip(self.by_function.iter().map(counts))
+    }
+
     /// Cycles that the core executed, out of those that passed while they were counted.
     #[must_use]
     pub const fn counted_cycles(&self) -> u64 {

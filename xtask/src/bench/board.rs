@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use super::compared::{self, Counts};
 use super::counted::row;
-use super::{beside_c, page, pico};
+use super::{beside_c, page, pico, qemu};
 use crate::board::{Board, Variant};
 use crate::setup::Need;
 use crate::shell;
@@ -30,6 +30,9 @@ pub(crate) struct Options {
     /// Only the comparison with C; the other numbers are those of docs/performance.json
     #[arg(long, conflicts_with = "secs")]
     only_c: bool,
+    /// Only the counts of QEMU, as --only-c
+    #[arg(long, conflicts_with_all = ["secs", "only_c"])]
+    only_qemu: bool,
     /// Write docs/performance.json and docs/performance.md
     #[arg(long, requires = "reason")]
     write: bool,
@@ -145,14 +148,20 @@ struct Programs {
 
 /// Runs the bench.
 pub(crate) fn bench(options: &Options) -> Result<()> {
+    let only_a_part = options.only_c || options.only_qemu;
     ensure!(
-        !options.write || shell::on_path(C_COMPILER).is_some(),
+        !options.write || options.only_qemu || shell::on_path(C_COMPILER).is_some(),
         "no {C_COMPILER} on the path, so the page would lose its comparison with C; Debian has it in gcc-arm-none-eabi. Without --write the other \
          numbers are printed"
     );
     ensure!(
-        !options.write || options.only_c || shell::on_path("node").is_some(),
+        !options.write || only_a_part || shell::on_path("node").is_some(),
         "no node on the path, so the page would lose the Pico; Debian has it in nodejs and npm. Without --write the other numbers are printed"
+    );
+    ensure!(
+        !options.write || options.only_c || shell::on_path(qemu::QEMU).is_some(),
+        "no {} on the path, so the page would lose its counts; Debian has it in a package of this name. Without --write the other numbers are printed",
+        qemu::QEMU
     );
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
@@ -164,8 +173,7 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
         folder: workspace.target_dir.join("bench"),
     };
     std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
-    let beside_c = workspace.beside_c()?;
-    let (mut result, mut counts) = if options.only_c {
+    let (mut result, mut counts) = if only_a_part {
         let before = compared::baseline()?;
         let counts = Counts::of(&before)?;
         (before, counts)
@@ -178,7 +186,13 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     };
     let reason = options.reason.clone().map(Value::from);
     result["reason"] = reason.or_else(|| Some(compared::baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
-    result["beside_c"] = beside_c::measure(&programs.virtual_board, &programs.board_cost, &beside_c, &programs.folder)?;
+    let Programs { virtual_board, board_cost, folder, .. } = &programs;
+    if !options.only_qemu {
+        result["beside_c"] = beside_c::measure(virtual_board, board_cost, &workspace.beside_c()?, folder)?;
+    }
+    if !options.only_c {
+        result["qemu"] = qemu::measure(&workspace, virtual_board, board_cost, folder)?;
+    }
     let (by, others) = (&result["beside_c"]["rust_compiler"], &result["compiler"]);
     ensure!(
         by.is_null() || by == others,

@@ -187,7 +187,7 @@ mod tests {
         let message = optional(all, &required, Some(PackageManager::Homebrew)).unwrap_err().to_string();
         let expected = "something that this command requires is missing\n\
             virtual-board:\n  cmake: configures the build of Unicorn\n\
-            qemu, which FOOTFALL_REQUIRE names:\n  qemu-system-arm: runs the core self-test on a second, independent emulator\n\
+            qemu, which FOOTFALL_REQUIRE names:\n  qemu-system-arm: runs the core self-test and counts instructions on a second emulator\n\
             traces, which FOOTFALL_REQUIRE names:\n  no recordings in x\n\
             install it, then run the command again:\n  brew install cmake qemu";
         assert_eq!(message, expected);

@@ -123,7 +123,7 @@ pub(crate) const UNICORN_TOOLS: [Tool; 5] = [
 /// The second processor emulator, QEMU.
 pub(crate) const QEMU_TOOLS: [Tool; 1] = [Tool {
     name: "qemu-system-arm",
-    purpose: "runs the core self-test on a second, independent emulator",
+    purpose: "runs the core self-test and counts instructions on a second emulator",
     is_present: || any_on_path(&["qemu-system-arm"]),
     packages: Packages {
         apt: &["qemu-system-arm"],

@@ -16,6 +16,7 @@ use super::pico;
 use super::programs;
 use super::python::{self, Environment};
 use super::state::{CannotRun, State, cargo, passed, tests};
+use crate::bench;
 use crate::board::{Board, Variant};
 use crate::emulated;
 use crate::self_test;
@@ -37,7 +38,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 27] = [
+pub(super) const STEPS: [Step; 28] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -145,6 +146,13 @@ pub(super) const STEPS: [Step; 27] = [
         needs: &[Need::BoardCompiler, Need::Qemu],
         uses: &[],
         run: core_on_qemu,
+    },
+    Step {
+        name: "qemu-counts",
+        claim: "QEMU counts the instructions of the virtual board in each call of whole ticks, of every generator's step, and of the steps beside C where there is its compiler",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard, Need::Qemu],
+        uses: &[],
+        run: qemu_counts,
     },
     Step {
         name: "core-controls",
@@ -455,6 +463,10 @@ fn core_on_virtual_board(state: &State) -> Result<String> {
 
 fn core_on_qemu(state: &State) -> Result<String> {
     state.selftest("core-qemu")?.on_qemu()
+}
+
+fn qemu_counts(state: &State) -> Result<String> {
+    bench::compare_with_qemu(&state.workspace, state.virtual_board()?)
 }
 
 fn gait_changes(state: &State) -> Result<String> {

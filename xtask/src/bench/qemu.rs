@@ -1,0 +1,203 @@
+//! QEMU as second witness: it must count the same instructions as the virtual board in each call of the program `witness` of tests/step-cost.
+
+use std::io::{BufRead as _, BufReader, Read};
+use std::path::Path;
+use std::process::Stdio;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::{Value, json};
+
+use super::qemu_log::Counter;
+use super::{beside_c, counted};
+use crate::image;
+use crate::shell;
+use crate::workspace::{C_COMPILER, Workspace};
+
+/// The program.
+pub(super) const QEMU: &str = "qemu-system-arm";
+/// The functions that are counted begin so: whole ticks of the control loop, a step of a generator, a step with angles.
+const COUNTED: [&str; 3] = ["loop_", "step_", "tick_"];
+/// QEMU takes half a minute; a program that does not end writes for ever.
+const DEADLINE: Duration = Duration::from_secs(600);
+/// Messages of QEMU that an error shows.
+const MESSAGES: usize = 20;
+
+/// The counts, which are equal; an error names each function that differs. null where there is no QEMU.
+pub(super) fn measure(workspace: &Workspace, virtual_board: &Path, board_cost: &Path, folder: &Path) -> Result<Value> {
+    if shell::on_path(QEMU).is_none() {
+        eprintln!(
+            "bench: no {QEMU}, so it counts nothing beside the virtual board; Debian has it in a package of this name"
+        );
+        return Ok(Value::Null);
+    }
+    eprintln!("bench: the same instructions on QEMU");
+    let program = workspace.witness()?;
+    let elf = std::fs::read(&program).with_context(|| format!("reading {}", program.display()))?;
+    let names = functions(&elf)?;
+    let (_, on_board) = counted::functions(virtual_board, board_cost, &program, folder, &names, &["--calls"])?;
+    let version = version(&shell::stdout_of(shell::command(QEMU).arg("--version"))?)?;
+    let (on_qemu, instructions) = run(&program, Counter::new(&elf, &names)?, version)?;
+    let mut differences = Vec::new();
+    let mut rows = Vec::new();
+    for (name, calls) in names.iter().zip(&on_qemu) {
+        let board: Vec<u64> = serde_json::from_value(on_board["calls"][name].clone())
+            .with_context(|| format!("board-cost lists no calls of {name}"))?;
+        differences.extend(difference(name, calls, &board));
+        let row = counted::row(&on_board, name)?;
+        let sum: u64 = calls.iter().sum();
+        rows.push(json!({ "function": name, "calls": calls.len(), "instructions": row["instructions"], "sum": sum }));
+    }
+    ensure!(differences.is_empty(), "QEMU and the virtual board count differently:\n{}", differences.join("\n"));
+    let [major, minor] = version;
+    Ok(json!({ "version": format!("{major}.{minor}"), "program_instructions": instructions, "functions": rows }))
+}
+
+/// Compares all calls; what was compared.
+pub(crate) fn compare(workspace: &Workspace, virtual_board: &Path) -> Result<String> {
+    let folder = workspace.target_dir.join("bench");
+    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+    let measured = measure(workspace, virtual_board, &workspace.board_cost()?, &folder)?;
+    let (functions, calls, instructions) = totals(&measured)?;
+    Ok(format!("{instructions} instructions in {calls} calls of {functions} functions"))
+}
+
+/// Numbers of functions, calls, and instructions in them.
+pub(super) fn totals(measured: &Value) -> Result<(usize, u64, u64)> {
+    let rows = measured["functions"].as_array().context("QEMU counted no function")?;
+    let sum = |key: &str| rows.iter().map(|row| row[key].as_u64()).sum::<Option<u64>>().context("a count is missing");
+    Ok((rows.len(), sum("calls")?, sum("sum")?))
+}
+
+/// The functions that are counted. The linker gives two that have the same code one address: they are one function, by the first of the names.
+fn functions(elf: &[u8]) -> Result<Vec<String>> {
+    let mut all = image::functions(elf).map_err(anyhow::Error::msg)?;
+    all.sort();
+    let beside_c = if shell::on_path(C_COMPILER).is_some() { beside_c::functions() } else { Vec::new() };
+    let (mut names, mut addresses) = (Vec::new(), Vec::new());
+    for begin in COUNTED {
+        let found = all.iter().filter(|(name, _)| name.starts_with(begin));
+        ensure!(found.clone().count() > 0, "the program has no function {begin}...");
+        names.extend(found);
+    }
+    for name in &beside_c {
+        let found = all.iter().find(|(symbol, _)| symbol == name);
+        names.push(found.with_context(|| format!("the program has no function {name}"))?);
+    }
+    names.retain(|(_, address)| {
+        let is_new = !addresses.contains(address);
+        addresses.push(*address);
+        is_new
+    });
+    Ok(names.into_iter().map(|(name, _)| name.clone()).collect())
+}
+
+/// The first call that differs, in words.
+fn difference(name: &str, qemu: &[u64], board: &[u64]) -> Option<String> {
+    let first = qemu.iter().zip(board).position(|(qemu, board)| qemu != board);
+    match first {
+        Some(place) => Some(format!(
+            "{name}, call {} of {}: {} instructions on QEMU, {} on the virtual board",
+            place + 1,
+            board.len(),
+            qemu[place],
+            board[place]
+        )),
+        None if qemu.len() != board.len() => {
+            Some(format!("{name}: {} calls on QEMU, {} on the virtual board", qemu.len(), board.len()))
+        }
+        None => None,
+    }
+}
+
+/// Major and minor number in what QEMU says of its version.
+fn version(text: &str) -> Result<[u32; 2]> {
+    let words = text.split_whitespace().skip_while(|word| *word != "version").nth(1);
+    let mut numbers = words.unwrap_or_default().split('.').map_while(|number| number.parse().ok());
+    let both = numbers.next().zip(numbers.next());
+    let (major, minor) = both.with_context(|| format!("{QEMU} names no version: `{}`", text.trim()))?;
+    Ok([major, minor])
+}
+
+/// What makes each translated block one instruction: an option of its own until 8.0.
+const fn one_instruction_a_block([major, minor]: [u32; 2]) -> &'static [&'static str] {
+    if major > 8 || major == 8 && minor > 0 { &["-accel", "tcg,one-insn-per-tb=on"] } else { &["-singlestep"] }
+}
+
+/// Runs the program on QEMU's STM32F405 and counts while it runs: the log would be a file of a gigabyte.
+fn run(program: &Path, counter: Counter<'_>, version: [u32; 2]) -> Result<(Vec<Vec<u64>>, u64)> {
+    let mut qemu = shell::command(QEMU);
+    qemu.args(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"]);
+    // What the program prints would go between the lines of the log.
+    qemu.args(["-chardev", "null,id=printed", "-semihosting-config", "enable=on,target=native,chardev=printed"]);
+    qemu.args(one_instruction_a_block(version)).args(["-d", "exec,nochain", "-kernel"]).arg(program);
+    let mut child = qemu
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("starting {QEMU}"))?;
+    let log = child.stderr.take().context("no standard error to read")?;
+    std::thread::scope(|scope| {
+        let (sender, receiver) = channel();
+        // Nobody waits for it after the deadline.
+        scope.spawn(move || drop(sender.send(count(log, counter))));
+        let counted = receiver.recv_timeout(DEADLINE);
+        // It has closed its log, or it is to end.
+        if !matches!(counted, Ok(Ok(_))) {
+            let _ = child.kill();
+        }
+        let status = child.wait().with_context(|| format!("waiting for {QEMU}"))?;
+        let (counter, messages) = counted.with_context(|| format!("{QEMU} still runs at its deadline"))??;
+        ensure!(status.success(), "the program fails on QEMU ({status})\n{}", messages.join("\n"));
+        counter.finish()
+    })
+}
+
+/// Counts a log to its end; the last messages are beside it.
+fn count(log: impl Read, mut counter: Counter<'_>) -> Result<(Counter<'_>, Vec<String>)> {
+    let mut log = BufReader::with_capacity(1 << 20, log);
+    let (mut line, mut messages) = (Vec::new(), Vec::new());
+    while log.read_until(b'\n', &mut line).context("reading QEMU's log")? > 0 {
+        if !counter.line(&line)? {
+            if messages.len() == MESSAGES {
+                messages.remove(0);
+            }
+            messages.push(String::from_utf8_lossy(&line).trim_end().to_owned());
+        }
+        line.clear();
+    }
+    Ok((counter, messages))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_names_function_call_and_both_counts() {
+        assert_eq!(difference("step", &[3, 4], &[3, 4]), None);
+        let text = difference("step", &[3, 4, 5], &[3, 5, 6]).unwrap();
+        assert_eq!(text, "step, call 2 of 3: 4 instructions on QEMU, 5 on the virtual board");
+        assert_eq!(difference("step", &[3], &[3, 3]).unwrap(), "step: 1 calls on QEMU, 2 on the virtual board");
+        assert_eq!(difference("step", &[4], &[3, 3]).unwrap().split(':').next(), Some("step, call 1 of 2"));
+    }
+
+    #[test]
+    fn each_version_of_qemu_has_its_option() {
+        let of = |text: &str| one_instruction_a_block(version(text).unwrap())[0];
+        assert_eq!(of("QEMU emulator version 7.2.22 (Debian 1:7.2+dfsg-7)\nCopyright"), "-singlestep");
+        assert_eq!(of("QEMU emulator version 8.0.4"), "-singlestep");
+        assert_eq!(of("QEMU emulator version 8.1.0"), "-accel");
+        assert_eq!(of("QEMU emulator version 10.0.2"), "-accel");
+        assert!(version("another program").is_err());
+    }
+
+    #[test]
+    fn the_totals_are_those_of_all_rows() {
+        let row = |calls: u64, sum: u64| json!({ "calls": calls, "sum": sum });
+        assert_eq!(totals(&json!({ "functions": [row(2, 10), row(3, 5)] })).unwrap(), (2, 5, 15));
+        assert!(totals(&json!({ "functions": [{ "calls": 1 }] })).is_err());
+    }
+}
