@@ -239,20 +239,19 @@ fn search(result: &Value) -> Result<String> {
         );
     }
     let Some(peers) = result["peers"].as_array().filter(|peers| !peers.is_empty()) else { return Ok(text) };
-    let rows = search["each_simulated"].as_array().map_or(&[][..], Vec::as_slice);
-    let one = |step_ms: u64| -> Result<f64> {
-        let row = rows.iter().find(|row| row["step_ms"] == step_ms && row["threads"] == 1);
-        Ok(number(&row.context("no individuals on one core")?["seconds"])? / 1e5)
-    };
-    text += "\nOther programs, the simulation of one individual on one core in the same run, with its time divided by that on one core here, at the same step (at \
-             1 ms\nwhere a program chooses its steps):\n\n\
+    text += "\nOther programs, the simulation of one individual on one core, with its time divided by that on one core here just before, at the same step (at \
+             1 ms\nwhere a program chooses its steps). Five runs in turns; each program gives the median of several individuals:\n\n\
              | | ms an individual | / here |\n|---|---|---|\n";
     for peer in peers {
         match peer["seconds"].as_f64() {
             Some(seconds) => {
-                let name = word(&peer["name"]);
-                let ratio = seconds / one(if name.ends_with(" 5 ms") { 5 } else { 1 })?;
-                let _ = writeln!(text, "| {name} | {:.3} | {ratio:.0} |", seconds * 1e3);
+                let _ = writeln!(
+                    text,
+                    "| {} | {:.3} | {:.0} |",
+                    word(&peer["name"]),
+                    seconds * 1e3,
+                    number(&peer["ratio"])?
+                );
             }
             None => {
                 let _ = writeln!(text, "| {} | not measured: {} | |", word(&peer["name"]), word(&peer["missing"]));

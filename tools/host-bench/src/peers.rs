@@ -1,6 +1,7 @@
 //! Other programs beside our own: one evaluation of the search in GNU Octave, SciPy and Numba, and recordings in Python's packages.
 
 use crate::extent::Extent;
+use crate::search;
 use crate::times::{median, rounded};
 use serde_json::{Value, json};
 use std::ffi::OsStr;
@@ -30,26 +31,27 @@ const PEERS: [Peer; 2] = [
     },
 ];
 
-/// Seconds of an evaluation in each, medians of the runs; or why it is missing.
+/// Seconds of an evaluation in each, and its ratio to one of the search here just before, medians of the runs; or why it is missing.
 pub(crate) fn measure(extent: Extent) -> Value {
-    let mut found: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut found: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
     let mut missing = Vec::new();
     for peer in PEERS {
-        let is_octave = peer.program == "octave-cli";
-        if is_octave && extent.runs == 1 {
-            missing.push(json!({ "name": peer.name, "missing": "left out of a quick run, because it takes a minute" }));
+        if peer.program == "octave-cli" && extent.runs == 1 {
+            missing
+                .push(json!({ "name": peer.name, "missing": "left out of a quick run, because it takes ten seconds" }));
             continue;
         }
-        // Its script has medians of its own.
-        let runs = if is_octave { 1 } else { extent.runs };
-        for _ in 0..runs {
+        for _ in 0..extent.runs {
+            let own_s = [1, 5].map(search::individual_s);
             match run(&peer) {
                 Ok(times) => {
                     for (name, seconds) in times {
                         let name = format!("{}, {name}", peer.name);
+                        // Where a program chooses its steps, ours are of 1 ms.
+                        let pair = [seconds, seconds / own_s[usize::from(name.ends_with(" 5 ms"))]];
                         match found.iter_mut().find(|(known, _)| *known == name) {
-                            Some((_, all)) => all.push(seconds),
-                            None => found.push((name, vec![seconds])),
+                            Some((_, all)) => all.push(pair),
+                            None => found.push((name, vec![pair])),
                         }
                     }
                 }
@@ -60,7 +62,10 @@ pub(crate) fn measure(extent: Extent) -> Value {
             }
         }
     }
-    let times = found.into_iter().map(|(name, all)| json!({ "name": name, "seconds": rounded(median(all)) }));
+    let times = found.into_iter().map(|(name, all)| {
+        let [seconds, ratio] = [0, 1].map(|i| rounded(median(all.iter().map(|pair| pair[i]))));
+        json!({ "name": name, "seconds": seconds, "ratio": ratio })
+    });
     Value::Array(times.chain(missing).collect())
 }
 
