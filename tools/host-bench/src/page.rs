@@ -87,8 +87,9 @@ pub(crate) fn page(result: &Value) -> Result<String> {
                 None => writeln!(text, "| {name} | not measured: {} | | |", word(&other["missing"])),
             };
         }
-        text += "\nA large export of an oscilloscope is read in blocks of lines, so its memory is that of what is read: time, volts\nand angle of each row, 24 bytes, and some megabytes.\n\
-                 The other formats are held whole while they are read.\n";
+        text += "\nLarge files of CSV, OpenSim, TRC and oscilloscopes are read in blocks of lines, so their memory is that of what is read, 8 bytes a number,\n\
+                 and some megabytes: of each row the time and the angles, of TRC also the places of the markers that the angles are computed from.\n\
+                 A file of CSV or OpenSim with fewer than 1001 lines in its first megabyte is held whole while it is read, as are the other formats.\n";
     }
     if let Some(counts) = result["folder"]["counts"].as_array() {
         let _ = write!(

@@ -211,7 +211,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// The content of a recording: its bytes, or a large export of an oscilloscope, whose rows are read from the disk.
+/// The content of a recording: its bytes, or a large table of text, whose rows are read from the disk.
 #[derive(Debug)]
 pub struct Content {
     path: PathBuf,

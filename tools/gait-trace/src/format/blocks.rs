@@ -1,6 +1,6 @@
 //! Reads a text in blocks of whole lines, so that a file of any size takes the memory of one block.
 
-use crate::format::text_table::{MAX_LINE, first_control};
+use crate::format::text_table::{BareLines, MAX_LINE, first_control};
 use memchr::{memchr, memrchr};
 use std::io::{self, Read};
 
@@ -8,8 +8,9 @@ use std::io::{self, Read};
 const BLOCK: usize = 2 * MAX_LINE;
 
 /// Blocks of whole lines.
-pub(crate) struct Blocks<R> {
-    source: R,
+pub(crate) struct Blocks<'r> {
+    source: &'r mut dyn Read,
+    /// Memory of a block.
     buffer: Vec<u8>,
     /// Bytes that were read into the buffer.
     filled: usize,
@@ -19,21 +20,26 @@ pub(crate) struct Blocks<R> {
     at_start: bool,
 }
 
-impl<R: Read> Blocks<R> {
-    pub(crate) fn of(source: R) -> Self {
-        Self { source, buffer: vec![0; BLOCK], filled: 0, given: 0, at_start: true }
+impl<'r> Blocks<'r> {
+    pub(crate) fn of(source: &'r mut dyn Read) -> Self {
+        Self::of_bytes(BLOCK, source)
+    }
+
+    /// Blocks of at most so many bytes, which are those of the longest line at least.
+    pub(crate) fn of_bytes(bytes: usize, source: &'r mut dyn Read) -> Self {
+        Self { source, buffer: vec![0; bytes], filled: 0, given: 0, at_start: true }
     }
 
     /// The next block of lines that end in LF, the last of which may have no end; `None` at the end. `Some(None)` if it is not text as
-    /// [`text`](super::text_table::text) allows it, or has a line of more than [`MAX_LINE`] bytes.
+    /// [`text`](super::text_table::text) allows it, or has a line of more than [`MAX_LINE`] bytes, or of more than a block.
     ///
     /// # Errors
     /// Those of the source.
-    pub(crate) fn next(&mut self) -> io::Result<Option<Option<&str>>> {
+    pub(crate) fn next(&mut self) -> io::Result<Option<Option<BareLines<'_>>>> {
         self.buffer.copy_within(self.given..self.filled, 0);
         self.filled -= self.given;
         let mut ended = false;
-        while self.filled < BLOCK && !ended {
+        while self.filled < self.buffer.len() && !ended {
             match self.source.read(&mut self.buffer[self.filled..]) {
                 Ok(0) => ended = true,
                 Ok(count) => self.filled += count,
@@ -53,7 +59,7 @@ impl<R: Read> Blocks<R> {
         if memchr(b'\n', block).is_none() && !ended || has_long_line(block) || first_control(block).is_some() {
             return Ok(Some(None));
         }
-        Ok(Some(std::str::from_utf8(block).ok()))
+        Ok(Some(std::str::from_utf8(block).ok().map(BareLines::in_lf)))
     }
 }
 
@@ -79,10 +85,11 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8]) -> Option<Vec<String>> {
-        let mut blocks = Blocks::of(bytes);
+        let mut source = bytes;
+        let mut blocks = Blocks::of(&mut source);
         let mut all = Vec::new();
         while let Some(block) = blocks.next().unwrap() {
-            all.push(block?.to_owned());
+            all.push(block?.rest().to_owned());
         }
         Some(all)
     }

@@ -185,6 +185,11 @@ impl Header {
         Ok(Self { headings, time, chosen, mapped_axes, is_sideless })
     }
 
+    /// The columns of the time and of the joints, without further components.
+    pub(crate) fn used(&self) -> impl Iterator<Item = usize> {
+        self.time.index().into_iter().chain(self.chosen.iter().map(|chosen| chosen.index))
+    }
+
     /// Whether all numbers are in the units themselves, not in a decimal multiple.
     pub(crate) fn is_in_units(&self) -> bool {
         let time = match self.time {

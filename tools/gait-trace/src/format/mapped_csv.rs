@@ -29,9 +29,10 @@ use crate::format::plain_row::PlainRow;
 use crate::format::preamble::{self, Preamble};
 use crate::format::row_lines::RowLines;
 use crate::format::row_marks::RowMarks;
+use crate::format::rows::{Row, Rows};
 use crate::format::text_table::{
-    BareLines, Delimiter, MAX_LINE, MAX_ROWS, bare_lines, check_length, check_rows, cut_line, finite, is_blank,
-    is_comment, is_separator_line, numbered, short, text,
+    BareLines, Delimiter, MAX_LINE, MAX_ROWS, bare_lines, check_length, check_rows, finite, is_blank, is_comment,
+    is_cut, is_separator_line, numbered, short, text,
 };
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
@@ -83,12 +84,14 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
 }
 
 /// The rows that were read.
-struct Table<'a> {
-    name: &'a str,
+pub(crate) struct Table {
+    name: String,
     header: Header,
     header_line: u64,
-    /// The first line that may be a row.
-    first_row: u64,
+    /// The first line that is no comment: the header, or a row.
+    first: u64,
+    /// Whether there is no header.
+    headless: bool,
     delimiter: Delimiter,
     marks: RowMarks,
     /// How most rows are read.
@@ -106,9 +109,8 @@ struct Table<'a> {
 /// With so many more rows that are not of plain numbers than are, no row is tried: it would be read twice.
 const MOST_MISSES: usize = 1000;
 
-impl<'a> Table<'a> {
-    /// Reads the header of a text.
-    fn begin(name: &'a str, text: &str, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+impl Rows for Table {
+    fn begin(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
         let mut notes = Vec::new();
         let mut comment: Option<(u64, &str)> = None;
         let mut rows = numbered(text).filter(|(_, row)| row.len() > MAX_LINE || !is_blank(row));
@@ -180,24 +182,23 @@ impl<'a> Table<'a> {
             return Err(TraceError::new(name, None, Fault::NoAxes { what }));
         }
 
-        let used: Vec<usize> =
-            header.time.index().into_iter().chain(header.chosen.iter().map(|chosen| chosen.index)).collect();
+        let used: Vec<usize> = header.used().collect();
         let marks = RowMarks::of(&header.headings, &used, &how.only)
             .map_err(|fault| TraceError::new(name, Some(header_line), fault))?;
-        let cut = cut_line(text, delimiter, header.headings.len(), |column| used.contains(&column));
         let is_component = |column| header.chosen.iter().any(|chosen| chosen.is_component(column));
         let is_used = |column| used.contains(&column) || is_component(column);
         let plain = PlainRow::of(delimiter, header.headings.len(), is_used);
         Ok(Self {
-            name,
+            name: name.to_owned(),
             header,
             header_line,
-            first_row: if headless { first.0 } else { first.0 + 1 },
+            first: first.0,
+            headless,
             delimiter,
             marks,
             plain,
             misses: 0,
-            cut: cut.filter(|&line| line > first.0),
+            cut: None,
             record: Record::of_bytes(text.as_bytes()),
             time_s: Vec::new(),
             row_lines: RowLines::default(),
@@ -205,27 +206,12 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Reads the text, of which the header is read.
-    fn read(mut self, text: &str, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
-        self.push_rows(text)?;
-        self.finish(text.ends_with(['\n', '\r']), how)
+    fn name(&self) -> &str {
+        &self.name
     }
 
-    /// Reads the rows of the text.
-    fn push_rows(&mut self, text: &str) -> Result<(), TraceError> {
-        let mut lines = bare_lines(text);
-        let mut fields = Vec::new();
-        let mut line = 0;
-        loop {
-            if line + 1 >= self.first_row {
-                self.push_plain(&mut line, &mut lines);
-            }
-            let Some(row) = lines.next() else { return Ok(()) };
-            line += 1;
-            if line >= self.first_row && (row.len() > MAX_LINE || !is_blank(row)) {
-                self.push(line, row, &mut fields)?;
-            }
-        }
+    fn header_end(&self) -> u64 {
+        if self.headless { self.first - 1 } else { self.first }
     }
 
     /// Reads rows of plain numbers up to one that is none. `line` is the last line before them; a row has shown that there is no row of units.
@@ -259,14 +245,20 @@ impl<'a> Table<'a> {
         self.misses += 1;
     }
 
-    /// Reads a row below the header; `fields` is memory for its fields.
-    fn push<'t>(&mut self, line: u64, row: &'t str, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
-        let Self { name, header, delimiter, marks, time_s, row_lines, .. } = self;
-        let comma = *delimiter != Delimiter::Char(',');
-        check_length(name, line, row)?;
-        if self.cut == Some(line) || is_comment(row) {
+    fn push<'t>(&mut self, row: Row<'t>, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
+        let Row { line, text: row, is_open } = row;
+        if is_comment(row) {
             return Ok(());
         }
+        if is_open && line > self.first {
+            let is_number = |column| self.header.used().any(|used| used == column);
+            if is_cut(row, self.delimiter, self.header.headings.len(), is_number) {
+                self.cut = Some(line);
+                return Ok(());
+            }
+        }
+        let Self { name, header, delimiter, marks, time_s, row_lines, .. } = self;
+        let comma = *delimiter != Delimiter::Char(',');
         let fault = |fault| TraceError::new(name, Some(line), fault);
         delimiter.split(row, fields).map_err(fault)?;
         if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, fields)? {
@@ -310,11 +302,11 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// The joints, once all rows are read; `ended` is whether the last line has an end.
     fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self {
             name, mut header, header_line, delimiter, marks, cut, record, mut time_s, row_lines, mut notes, ..
         } = self;
+        let name = name.as_str();
         marks.check(name, header_line, &time_s, &mut notes)?;
         if time_s.len() < 2 {
             let last = row_lines.last().unwrap_or(header_line);

@@ -33,6 +33,7 @@ pub(crate) mod preamble;
 pub(crate) mod row_labels;
 pub(crate) mod row_lines;
 pub(crate) mod row_marks;
+pub(crate) mod rows;
 pub mod scope;
 pub(crate) mod segments;
 pub(crate) mod stated;

@@ -67,6 +67,16 @@ pub(crate) struct BareLines<'a> {
 }
 
 impl<'a> BareLines<'a> {
+    /// The lines of a piece of a text whose lines end in LF or CR LF, although the piece itself may have no LF.
+    pub(crate) const fn in_lf(text: &'a str) -> Self {
+        Self { rest: text, end: b'\n' }
+    }
+
+    /// Whether the last line has no end.
+    pub(crate) fn is_open(&self) -> bool {
+        !self.rest.is_empty() && !self.rest.ends_with(['\n', '\r'])
+    }
+
     /// Whether the lines end in CR alone.
     pub(crate) const fn end_in_cr(&self) -> bool {
         self.end == b'\r'
@@ -168,10 +178,7 @@ fn each_place(byte: u8, bytes: &[u8], mut take: impl FnMut(usize)) {
     rest.iter().enumerate().filter(|(_, other)| **other == byte).for_each(|(at, _)| take(from + at));
 }
 
-/// The number of the last line if it is a row that was cut short: a program that is killed while it writes leaves such a one.
-///
-/// It has no line end, and it is broken where the file ends: it has fewer fields than there are `columns`, a quote is open, or its last
-/// field is the beginning of a number in a column that `is_number`.
+/// The number of the last line if it is a row that was cut short ([`is_cut`]).
 pub(crate) fn cut_line(
     text: &str,
     delimiter: Delimiter,
@@ -182,18 +189,22 @@ pub(crate) fn cut_line(
         return None;
     }
     let (line, row) = (1..).zip(bare_lines(text)).last()?;
-    if row.trim().is_empty() || row.trim_start().starts_with('#') {
-        return None;
-    }
-    let is_cut = match delimiter.fields(row) {
+    (!is_blank(row) && !is_comment(row) && is_cut(row, delimiter, columns, is_number)).then_some(line)
+}
+
+/// Whether a row without line end, with which the file ends, was cut short: a program that is killed while it writes leaves such a one.
+///
+/// It has fewer fields than there are `columns`, a quote is open, or its last field is the beginning of a number in a column that
+/// `is_number`.
+pub(crate) fn is_cut(row: &str, delimiter: Delimiter, columns: usize, is_number: impl Fn(usize) -> bool) -> bool {
+    match delimiter.fields(row) {
         Ok(fields) if fields.len() == columns => {
             let comma = delimiter != Delimiter::Char(',');
             is_number(columns - 1) && fields.last().is_some_and(|field| is_begun_number(field, comma))
         }
         Ok(fields) => fields.len() < columns,
         Err(fault) => matches!(fault, Fault::OpenQuote),
-    };
-    is_cut.then_some(line)
+    }
 }
 
 /// Whether a text is no number, but would be one with more behind it: `-`, `2.5e`, `na`.

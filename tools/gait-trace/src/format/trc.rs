@@ -8,7 +8,8 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{Place, in_degrees};
 use crate::format::description::Description;
 use crate::format::row_lines::RowLines;
-use crate::format::segments::{self, LengthUnit, Track};
+use crate::format::rows::{Row, Rows};
+use crate::format::segments::{self, FoundLegs, Leg, LengthUnit, Track};
 use crate::format::subjects;
 use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
 use crate::format::time_step;
@@ -48,88 +49,153 @@ pub(crate) fn looks_like(text: &str) -> bool {
 /// ```
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let text = text(name, bytes)?;
-    let mut notes = Vec::new();
-    let split = |line, row| Delimiter::Char('\t').fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
-    let mut rows = lines(name, text).filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
-    let mut next = |what: &str| match rows.next() {
-        Some(row) => row.and_then(|(line, row)| Ok((line, split(line, row)?))),
-        None => {
-            let allowed = "five lines: PathFileType, names and values of the header, names of markers, X1 Y1 Z1 ...";
-            let fault = Fault::HeaderField { field: what.into(), found: "missing".into(), allowed: allowed.into() };
-            Err(TraceError::new(name, None, fault))
-        }
-    };
-    next("PathFileType")?;
-    let (_, keys) = next("the names of the header")?;
-    let (_, values) = next("the values of the header")?;
-    let (line, names) = next("the names of the markers")?;
-    next("the names of the components")?;
-    let fault = |fault| TraceError::new(name, Some(line), fault);
-    refuse_options(how).map_err(fault)?;
-    let second = names.get(1).map_or("", |name| name);
-    if !second.eq_ignore_ascii_case("time") {
-        let (field, found) = ("the second column".into(), format!("`{}`", short(second)));
-        return Err(fault(Fault::HeaderField { field, found, allowed: "`Time`, behind `Frame#`".into() }));
-    }
-    let markers: Vec<&str> = names.iter().skip(2).map(|name| &**name).filter(|name| !name.is_empty()).collect();
-    let announced = |key: &str| -> Option<u64> {
-        let index = keys.iter().position(|found| found.eq_ignore_ascii_case(key))?;
-        values.get(index)?.parse().ok()
-    };
-    differs(announced("NumMarkers"), markers.len(), "NumMarkers", "markers", &mut notes);
+    Table::begin(name, text, how)?.read(text, how)
+}
 
-    let bare: Vec<&str> = markers.iter().map(|label| subjects::bare(label)).collect();
-    let legs = segments::find(&bare);
-    if legs.iter().all(Option::is_none) {
-        return Err(fault(Fault::NoTrajectories { have: listed(&markers) }));
-    }
-    let with_legs = subjects::with_legs(&markers);
-    if with_legs.len() > 1 {
-        return Err(fault(Fault::SeveralSubjects { have: listed(&with_legs) }));
-    }
-    let mut tracks: Vec<Option<Track>> = vec![None; markers.len()];
-    legs.iter().flatten().flat_map(segments::Leg::points).for_each(|point| tracks[point] = Some(Track::new()));
-    let wanted = 2 + 3 * markers.len();
-    let mut time_s: Vec<f64> = Vec::new();
-    let mut row_lines = RowLines::default();
-    let mut fields = Vec::new();
-    for row in rows {
-        let (line, row) = row?;
+/// Lines of the header.
+pub(crate) const HEADER_LINES: usize = 5;
+
+/// The rows that were read.
+pub(crate) struct Table {
+    name: String,
+    /// The line of the names of the markers.
+    names_line: u64,
+    /// The last line of the header.
+    end: u64,
+    markers: Vec<String>,
+    /// The number of frames that the header announces.
+    frames: Option<u64>,
+    /// The unit of length; empty if the header names none.
+    unit: String,
+    legs: FoundLegs,
+    /// The trajectories of the markers that the legs need.
+    tracks: Vec<Option<Track>>,
+    time_s: Vec<f64>,
+    row_lines: RowLines,
+    notes: Vec<String>,
+}
+
+impl Rows for Table {
+    fn begin(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+        let mut notes = Vec::new();
+        let split =
+            |line, row| Delimiter::Char('\t').fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
+        let mut rows = lines(name, text).filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
+        let mut next = |what: &str| match rows.next() {
+            Some(row) => row.and_then(|(line, row)| Ok((line, split(line, row)?))),
+            None => {
+                let allowed =
+                    "five lines: PathFileType, names and values of the header, names of markers, X1 Y1 Z1 ...";
+                let fault = Fault::HeaderField { field: what.into(), found: "missing".into(), allowed: allowed.into() };
+                Err(TraceError::new(name, None, fault))
+            }
+        };
+        next("PathFileType")?;
+        let (_, keys) = next("the names of the header")?;
+        let (_, values) = next("the values of the header")?;
+        let (line, names) = next("the names of the markers")?;
+        let (end, _) = next("the names of the components")?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
-        Delimiter::Char('\t').split(row, &mut fields).map_err(fault)?;
+        refuse_options(how).map_err(fault)?;
+        let second = names.get(1).map_or("", |name| name);
+        if !second.eq_ignore_ascii_case("time") {
+            let (field, found) = ("the second column".into(), format!("`{}`", short(second)));
+            return Err(fault(Fault::HeaderField { field, found, allowed: "`Time`, behind `Frame#`".into() }));
+        }
+        let markers: Vec<&str> = names.iter().skip(2).map(|name| &**name).filter(|name| !name.is_empty()).collect();
+        let announced = |key: &str| -> Option<u64> {
+            let index = keys.iter().position(|found| found.eq_ignore_ascii_case(key))?;
+            values.get(index)?.parse().ok()
+        };
+        differs(announced("NumMarkers"), markers.len(), "NumMarkers", "markers", &mut notes);
+
+        let bare: Vec<&str> = markers.iter().map(|label| subjects::bare(label)).collect();
+        let legs = segments::find(&bare);
+        if legs.iter().all(Option::is_none) {
+            return Err(fault(Fault::NoTrajectories { have: listed(&markers) }));
+        }
+        let with_legs = subjects::with_legs(&markers);
+        if with_legs.len() > 1 {
+            return Err(fault(Fault::SeveralSubjects { have: listed(&with_legs) }));
+        }
+        let mut tracks: Vec<Option<Track>> = vec![None; markers.len()];
+        legs.iter().flatten().flat_map(Leg::points).for_each(|point| tracks[point] = Some(Track::new()));
+        let unit_at = keys.iter().position(|found| found.eq_ignore_ascii_case("Units"));
+        Ok(Self {
+            name: name.to_owned(),
+            names_line: line,
+            end,
+            frames: announced("NumFrames"),
+            unit: unit_at.and_then(|index| values.get(index)).map_or_else(String::new, ToString::to_string),
+            markers: markers.into_iter().map(str::to_owned).collect(),
+            legs,
+            tracks,
+            time_s: Vec::new(),
+            row_lines: RowLines::default(),
+            notes,
+        })
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn header_end(&self) -> u64 {
+        self.end
+    }
+
+    fn push<'t>(&mut self, row: Row<'t>, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
+        let Row { line, text: row, .. } = row;
+        let fault = |fault| TraceError::new(&self.name, Some(line), fault);
+        Delimiter::Char('\t').split(row, fields).map_err(fault)?;
+        let wanted = 2 + 3 * self.markers.len();
         let trailing = fields.len() == wanted + 1 && fields[wanted].is_empty();
         if fields.len() != wanted && !trailing {
             return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
         }
-        check_rows(row_lines.len()).map_err(fault)?;
-        time_s.push(finite(&fields[1], false).map_err(|f| fault(f).in_column(1, "Time"))?);
-        row_lines.push(line);
-        for (point, track) in tracks.iter_mut().enumerate() {
+        check_rows(self.row_lines.len()).map_err(fault)?;
+        self.time_s.push(finite(&fields[1], false).map_err(|f| fault(f).in_column(1, "Time"))?);
+        self.row_lines.push(line);
+        for (point, track) in self.tracks.iter_mut().enumerate() {
             if let Some(track) = track {
-                track.push(place(&fields, point).map_err(|(index, f)| fault(f).in_column(index, markers[point]))?);
+                track.push(place(fields, point).map_err(|(index, f)| fault(f).in_column(index, &self.markers[point]))?);
             }
         }
+        Ok(())
     }
-    if time_s.len() < 2 {
-        let last = row_lines.last().unwrap_or(line);
-        return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
+
+    fn finish(self, _ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+        let Self {
+            name, names_line, markers, frames, unit, legs, mut tracks, mut time_s, row_lines, mut notes, ..
+        } = self;
+        let name = name.as_str();
+        if time_s.len() < 2 {
+            let last = row_lines.last().unwrap_or(names_line);
+            return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
+        }
+        let fault = |fault| TraceError::new(name, Some(names_line), fault);
+        if let Some(rate_hz) = how.rate_hz {
+            time_step::at_rate(&mut time_s, rate_hz, "Time", &mut notes).map_err(|f| fault(f).in_column(1, "Time"))?;
+        }
+        differs(frames, time_s.len(), "NumFrames", "frames", &mut notes);
+        let step_s = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
+        let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 1.0 };
+        let unit = LengthUnit { field: "Units", text: &unit };
+        let mut uses = vec![0_usize; markers.len()];
+        legs.iter().flatten().flat_map(Leg::points).for_each(|point| uses[point] += 1);
+        // Not copied where it is used for the last time.
+        let track = |point: usize| {
+            uses[point] -= 1;
+            let track = if uses[point] == 0 { tracks[point].take() } else { tracks[point].clone() };
+            track.unwrap_or_default()
+        };
+        let legs = segments::tracks(legs, track, unit, &mut notes).map_err(fault)?;
+        let columns = segments::angles(&legs, rate_hz, None, &mut notes).map_err(fault)?;
+        let place = Place { file: name, header: Some(names_line), lines: &row_lines };
+        let joints = in_degrees(&place, columns, how, &mut notes)?;
+        let format = format!("TRC, {} markers", markers.len());
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
     }
-    if let Some(rate_hz) = how.rate_hz {
-        time_step::at_rate(&mut time_s, rate_hz, "Time", &mut notes).map_err(|f| fault(f).in_column(1, "Time"))?;
-    }
-    differs(announced("NumFrames"), time_s.len(), "NumFrames", "frames", &mut notes);
-    let step_s = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
-    let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 1.0 };
-    let unit_at = keys.iter().position(|found| found.eq_ignore_ascii_case("Units"));
-    let text = unit_at.and_then(|index| values.get(index)).map_or("", |text| text);
-    let unit = LengthUnit { field: "Units", text };
-    let track = |point: usize| tracks[point].clone().unwrap_or_default();
-    let legs = segments::tracks(legs, track, unit, &mut notes).map_err(fault)?;
-    let columns = segments::angles(&legs, rate_hz, None, &mut notes).map_err(fault)?;
-    let place = Place { file: name, header: Some(line), lines: &row_lines };
-    let joints = in_degrees(&place, columns, how, &mut notes)?;
-    let format = format!("TRC, {} markers", markers.len());
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// An error for options that a file of markers has no use for.

@@ -19,9 +19,10 @@ use crate::format::description::Description;
 use crate::format::extension_columns;
 use crate::format::joint_names::joint_of;
 use crate::format::row_lines::RowLines;
+use crate::format::rows::{Row, Rows};
 use crate::format::stated;
 use crate::format::text_table::{
-    Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
+    BareLines, Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
 };
 use crate::format::time_names::time_of;
 use crate::format::time_step;
@@ -30,6 +31,7 @@ use crate::options::ReadOptions;
 use crate::raw::{RawJoints, SignSource};
 use header::{Header, MAX_HEADER_LINES, is_end};
 use joint_units::Joint;
+use std::borrow::Cow;
 pub(crate) use write::coordinate;
 pub use write::{write, write_to};
 
@@ -70,77 +72,129 @@ pub(crate) fn looks_like(text: &str) -> bool {
 /// # Ok::<(), gait_trace::TraceError>(())
 /// ```
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
-    let mut notes = Vec::new();
-    let whole = text(name, bytes)?;
-    let mut rows = lines(name, whole);
-    let header = Header::parse(name, &mut rows)?;
-    title::check(name, header.title.as_ref())?;
-    let mut rows = rows.filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
-    let no_names = || {
-        let (field, found) = ("names of columns below `endheader`".into(), "missing".into());
-        TraceError::new(
-            name,
-            Some(header.end),
-            Fault::HeaderField { field, found, allowed: "time, hip_flexion_l, ...".into() },
-        )
-    };
-    let (line, row) = rows.next().ok_or_else(no_names)??;
-    let delimiter = if row.contains('\t') { Delimiter::Char('\t') } else { Delimiter::Blanks };
-    let fault = |fault| TraceError::new(name, Some(line), fault);
-    let labels = delimiter.fields(without_last_tab(delimiter, row)).map_err(fault)?;
-    let labels: Vec<String> = labels.iter().map(|label| label.to_string()).collect();
-    if let Some((_, field, columns)) = header.columns.as_ref().filter(|(.., columns)| *columns != labels.len() as u64) {
-        notes.push(format!(
+    let text = text(name, bytes)?;
+    Table::begin(name, text, how)?.read(text, how)
+}
+
+/// The rows that were read.
+pub(crate) struct Table {
+    name: String,
+    header: Header,
+    /// The line of the names of the columns.
+    names_line: u64,
+    delimiter: Delimiter,
+    labels: Vec<String>,
+    /// The index of the column of times.
+    time: usize,
+    /// The unit that the header names.
+    said: Option<AngleUnit>,
+    columns: Vec<AngleColumn>,
+    time_s: Vec<f64>,
+    row_lines: RowLines,
+    notes: Vec<String>,
+}
+
+impl Rows for Table {
+    fn begin(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+        let mut notes = Vec::new();
+        let mut rows = lines(name, text);
+        let header = Header::parse(name, &mut rows)?;
+        title::check(name, header.title.as_ref())?;
+        let mut rows = rows.filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
+        let no_names = || {
+            let (field, found) = ("names of columns below `endheader`".into(), "missing".into());
+            TraceError::new(
+                name,
+                Some(header.end),
+                Fault::HeaderField { field, found, allowed: "time, hip_flexion_l, ...".into() },
+            )
+        };
+        let (line, row) = rows.next().ok_or_else(no_names)??;
+        let delimiter = if row.contains('\t') { Delimiter::Char('\t') } else { Delimiter::Blanks };
+        let fault = |fault| TraceError::new(name, Some(line), fault);
+        let labels = delimiter.fields(without_last_tab(delimiter, row)).map_err(fault)?;
+        let labels: Vec<String> = labels.iter().map(|label| label.to_string()).collect();
+        if let Some((_, field, columns)) =
+            header.columns.as_ref().filter(|(.., columns)| *columns != labels.len() as u64)
+        {
+            notes.push(format!(
             "`{field}` announces {columns} columns, but the file has {}; every row has that many, and they are read.",
             labels.len()
         ));
+        }
+        let time = match &how.time {
+            Some(wanted) => column_called(&labels, wanted).ok_or_else(|| {
+                fault(Fault::MapColumn { joint: "time", wanted: wanted.clone(), have: listed(&labels) })
+            })?,
+            None => labels.iter().position(|label| time_of(label).is_some()).ok_or_else(|| {
+                fault(Fault::NoTime { have: listed(&labels), hint: "", has_joints: false, example: String::new() })
+            })?,
+        };
+        let said = header.unit(&mut notes);
+        let record = Record::of_bytes(text.as_bytes());
+        let columns = chosen(&labels, how, said, record.as_ref()).map_err(fault)?;
+        let is_read = |joint| columns.iter().any(|column| column.joint == joint);
+        notes.extend(extension_columns::advice(&labels, is_read).map(|advice| advice + "."));
+        Ok(Self {
+            name: name.to_owned(),
+            header,
+            names_line: line,
+            delimiter,
+            labels,
+            time,
+            said,
+            columns,
+            time_s: Vec::new(),
+            row_lines: RowLines::default(),
+            notes,
+        })
     }
-    let time = match &how.time {
-        Some(wanted) => column_called(&labels, wanted)
-            .ok_or_else(|| fault(Fault::MapColumn { joint: "time", wanted: wanted.clone(), have: listed(&labels) }))?,
-        None => labels.iter().position(|label| time_of(label).is_some()).ok_or_else(|| {
-            fault(Fault::NoTime { have: listed(&labels), hint: "", has_joints: false, example: String::new() })
-        })?,
-    };
-    let said = header.unit(&mut notes);
-    let record = Record::of_bytes(whole.as_bytes());
-    let mut columns = chosen(&labels, how, said, record.as_ref()).map_err(fault)?;
-    let is_read = |joint| columns.iter().any(|column| column.joint == joint);
-    notes.extend(extension_columns::advice(&labels, is_read).map(|advice| advice + "."));
 
-    let mut time_s = Vec::new();
-    let mut row_lines = RowLines::default();
-    let mut fields = Vec::new();
-    for row in rows {
-        let (line, row) = row?;
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn header_end(&self) -> u64 {
+        self.names_line
+    }
+
+    fn push<'t>(&mut self, row: Row<'t>, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
+        let Row { line, text: row, .. } = row;
+        let Self { name, delimiter, labels, time, columns, time_s, row_lines, .. } = self;
         let fault = |fault| TraceError::new(name, Some(line), fault);
-        delimiter.split(without_last_tab(delimiter, row), &mut fields).map_err(fault)?;
-        if fields == labels {
+        delimiter.split(without_last_tab(*delimiter, row), fields).map_err(fault)?;
+        if fields == labels || (fields.len() != labels.len() && is_end(row)) {
             return Err(fault(Fault::SecondHeader));
         }
         if fields.len() != labels.len() {
-            let wanted = labels.len();
-            // If another header follows, this row is the first line of another file.
-            let again = bare_lines(whole).filter(|row| is_end(row)).nth(1).is_some();
-            return Err(fault(if again {
-                Fault::SecondHeader
-            } else {
-                Fault::FieldCount { found: fields.len(), wanted }
-            }));
+            return Err(fault(Fault::FieldCount { found: fields.len(), wanted: labels.len() }));
         }
-        time_s.push(finite(&fields[time], false).map_err(|f| fault(f).in_column(time, &labels[time]))?);
+        time_s.push(finite(&fields[*time], false).map_err(|f| fault(f).in_column(*time, &labels[*time]))?);
         check_rows(row_lines.len()).map_err(fault)?;
         row_lines.push(line);
-        for column in &mut columns {
+        for column in columns {
             let value = number_or_missing(&fields[column.index], false);
             column.values.push(value.map_err(|f| fault(f).in_column(column.index, &column.heading))?);
         }
+        Ok(())
     }
-    let last = row_lines.last().or(Some(line));
-    if time_s.len() < 2 {
-        return Err(TraceError::new(name, last, Fault::TooFewRows { rows: time_s.len() }));
+
+    /// If another header follows, a row of another number of fields is the first line of another file.
+    fn look_behind(error: &mut TraceError, lines: &mut BareLines<'_>) {
+        if matches!(*error.fault, Fault::FieldCount { .. }) && lines.any(is_end) {
+            *error.fault = Fault::SecondHeader;
+        }
     }
-    match &header.rows {
+
+    fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+        let Self { name, header, names_line, delimiter, labels, time, said, columns, mut time_s, row_lines, mut notes } =
+            self;
+        let name = name.as_str();
+        let last = row_lines.last().or(Some(names_line));
+        if time_s.len() < 2 {
+            return Err(TraceError::new(name, last, Fault::TooFewRows { rows: time_s.len() }));
+        }
+        match &header.rows {
         Some((_, field, rows)) if *rows != time_s.len() as u64 => notes.push(format!(
             "`{field}` announces {rows} rows, but the file has {}; all of them are whole and are read (was the file cut off, or rows removed?).",
             time_s.len()
@@ -149,18 +203,19 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         None => notes
             .push("The header does not give the number of rows, so it is unknown whether the file is complete.".into()),
     }
-    if !whole.ends_with(['\n', '\r']) && header.rows.as_ref().is_none_or(|(.., rows)| *rows != time_s.len() as u64) {
-        notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
+        if !ended && header.rows.as_ref().is_none_or(|(.., rows)| *rows != time_s.len() as u64) {
+            notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
+        }
+        if let Some(rate_hz) = how.rate_hz {
+            time_step::at_rate(&mut time_s, rate_hz, &labels[time], &mut notes)
+                .map_err(|f| TraceError::new(name, Some(names_line), f).in_column(time, &labels[time]))?;
+        }
+        let place = Place { file: name, header: Some(names_line), lines: &row_lines };
+        let joints = in_degrees(&place, columns, how, &mut notes)?;
+        let unit = how.unit.or(said).map_or("unit not given", AngleUnit::words);
+        let format = format!("OpenSim motion, {}, {}, {unit}", header.version_words(), delimiter.words());
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
     }
-    if let Some(rate_hz) = how.rate_hz {
-        time_step::at_rate(&mut time_s, rate_hz, &labels[time], &mut notes)
-            .map_err(|f| fault(f).in_column(time, &labels[time]))?;
-    }
-    let place = Place { file: name, header: Some(line), lines: &row_lines };
-    let joints = in_degrees(&place, columns, how, &mut notes)?;
-    let unit = how.unit.or(said).map_or("unit not given", AngleUnit::words);
-    let format = format!("OpenSim motion, {}, {}, {unit}", header.version_words(), delimiter.words());
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// The fields of a row; many programs end each row with a tab.

@@ -21,11 +21,11 @@ mod layout;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::blocks::Blocks;
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::joint_of;
 use crate::format::row_lines::RowLines;
-use crate::format::text_table::{Delimiter, bare_lines, check_rows, is_blank, lines, listed, text};
+use crate::format::rows::{Row, Rows};
+use crate::format::text_table::{Delimiter, bare_lines, check_rows, listed, text};
 use crate::format::unit::{Said, scaled, scaled_or_missing};
 use crate::options::ReadOptions;
 use crate::raw::{RawJoints, SignSource};
@@ -34,7 +34,6 @@ pub(crate) use dialect::{Dialect, dialect_of};
 use joint_units::Joint;
 use layout::{Layout, Time};
 use std::borrow::Cow;
-use std::io::Read;
 
 /// Largest deviation of the rows' time step from the announced one, as a fraction of it, that is not reported.
 const STEP_SHARE: f64 = 0.05;
@@ -75,57 +74,12 @@ pub(crate) const DESCRIPTION: Description = Description {
 /// ```
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let text = text(name, bytes)?;
-    let dialect = dialect_of(text).ok_or_else(|| {
-        let why = "it is text without the header of an oscilloscope".into();
-        TraceError::new(name, Some(1), Fault::UnknownFormat { why })
-    })?;
-    parse_text(name, text, dialect, how)
-}
-
-pub(crate) fn parse_text(
-    name: &str,
-    text: &str,
-    dialect: Dialect,
-    how: &ReadOptions<'_>,
-) -> Result<RawJoints, TraceError> {
-    let mut table = Table::begin(name, text, dialect, how)?;
-    let mut fields = Vec::new();
-    for row in lines(name, text).skip(table.layout.end as usize) {
-        let (line, row) = row?;
-        table.push(line, row, &mut fields)?;
-    }
-    table.finish(how)
-}
-
-/// Reads a file of which only a block is in memory at a time; `head` is its beginning, with the whole header. `None` if the blocks are not
-/// text, or a line is too long: reading the whole file says where.
-///
-/// # Errors
-/// As [`parse`].
-pub(crate) fn parse_blocks(
-    name: &str,
-    head: &str,
-    dialect: Dialect,
-    blocks: &mut Blocks<impl Read>,
-    how: &ReadOptions<'_>,
-) -> Result<Option<RawJoints>, TraceError> {
-    let mut table = Table::begin(name, head, dialect, how);
-    let mut line = 0;
-    while let Some(block) = blocks.next().map_err(|error| TraceError::new(name, None, Fault::Io(error)))? {
-        let Some(text) = block else { return Ok(None) };
-        // A fault of the text is reported before any of its rows: behind one of a row, blocks are still looked through.
-        if let Ok(rows) = &mut table
-            && let Err(error) = rows.push_block(&mut line, text)
-        {
-            table = Err(error);
-        }
-    }
-    table?.finish(how).map(Some)
+    Table::begin(name, text, how)?.read(text, how)
 }
 
 /// The rows that were read.
-struct Table<'a> {
-    name: &'a str,
+pub(crate) struct Table {
+    name: String,
     dialect: Dialect,
     delimiter: Delimiter,
     layout: Layout,
@@ -138,9 +92,12 @@ struct Table<'a> {
     notes: Vec<String>,
 }
 
-impl<'a> Table<'a> {
-    /// Reads the header of a text.
-    fn begin(name: &'a str, text: &str, dialect: Dialect, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+impl Rows for Table {
+    fn begin(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Self, TraceError> {
+        let dialect = dialect_of(text).ok_or_else(|| {
+            let why = "it is text without the header of an oscilloscope".into();
+            TraceError::new(name, Some(1), Fault::UnknownFormat { why })
+        })?;
         let mut notes = Vec::new();
         let delimiter = Delimiter::of_header(bare_lines(text).find(|row| !row.trim().is_empty()).unwrap_or_default());
         let layout = Layout::parse(name, text, dialect, delimiter, &mut notes)?;
@@ -167,28 +124,21 @@ impl<'a> Table<'a> {
         };
         let last_column = chosen.iter().map(|&(_, channel, _)| layout.channels[channel].0).fold(least, usize::max);
         let (time_s, row_lines) = (Vec::new(), RowLines::default());
-        Ok(Self { name, dialect, delimiter, layout, chosen, last_column, time_s, row_lines, notes })
+        Ok(Self { name: name.to_owned(), dialect, delimiter, layout, chosen, last_column, time_s, row_lines, notes })
     }
 
-    /// Reads the rows of a block; `line` is the last line before it.
-    fn push_block(&mut self, line: &mut u64, text: &str) -> Result<(), TraceError> {
-        let mut fields = Vec::new();
-        for row in bare_lines(text) {
-            *line += 1;
-            if *line > self.layout.end {
-                self.push(*line, row, &mut fields)?;
-            }
-        }
-        Ok(())
+    fn name(&self) -> &str {
+        &self.name
     }
 
-    /// Reads a row below the header; `fields` is memory for its fields.
-    fn push<'t>(&mut self, line: u64, row: &'t str, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
-        if is_blank(row) {
-            return Ok(());
-        }
+    fn header_end(&self) -> u64 {
+        self.layout.end
+    }
+
+    fn push<'t>(&mut self, row: Row<'t>, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
+        let Row { line, text: row, .. } = row;
         let comma = self.delimiter != Delimiter::Char(',');
-        let fault = |fault| TraceError::new(self.name, Some(line), fault);
+        let fault = |fault| TraceError::new(&self.name, Some(line), fault);
         self.delimiter.split(row, fields).map_err(fault)?;
         if fields.len() <= self.last_column {
             return Err(fault(Fault::FieldCount { found: fields.len(), wanted: self.last_column + 1 }));
@@ -213,9 +163,9 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// The joints, once all rows are read.
-    fn finish(self, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+    fn finish(self, _ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self { name, dialect, layout, chosen, time_s, row_lines, mut notes, .. } = self;
+        let name = name.as_str();
         if time_s.len() < 2 {
             let last = row_lines.last().unwrap_or(layout.end);
             return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));

@@ -18,7 +18,7 @@ use crate::format::unit::Said;
 use crate::raw::SignSource;
 use joint_units::Joint;
 use names::Place;
-pub(crate) use names::{Leg, find};
+pub(crate) use names::{FoundLegs, Leg, find};
 pub(crate) use pelvis::LengthUnit;
 pub(crate) use vector::Track;
 use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};
@@ -33,8 +33,8 @@ const UPRIGHT: f64 = 0.866;
 /// # Errors
 /// A hip is computed from the pelvis, and the unit of length is unknown or wrong.
 pub(crate) fn tracks(
-    legs: [Option<Leg<Place>>; 2],
-    track: impl Fn(usize) -> Track,
+    legs: FoundLegs,
+    mut track: impl FnMut(usize) -> Track,
     length_unit: LengthUnit<'_>,
     notes: &mut Vec<String>,
 ) -> Result<[Option<Leg<Track>>; 2], Fault> {
@@ -44,8 +44,8 @@ pub(crate) fn tracks(
         let mut tracks: [Track; 3] = Default::default();
         for (found, place) in tracks.iter_mut().zip(&places) {
             *found = match place {
-                Place::Mean(points) => mean_track(points, &track),
-                Place::InPelvis(pelvis) => pelvis.hip(&track, length_unit, notes)?,
+                Place::Mean(points) => mean_track(points, &mut track),
+                Place::InPelvis(pelvis) => pelvis.hip(&mut track, length_unit, notes)?,
             };
         }
         *moving = Some(Leg { places: tracks, name, markers });
@@ -182,20 +182,20 @@ fn forward(
         ));
         return Ok(vec![forward; hips.len()]);
     };
-    let across: Vec<[f64; 3]> =
-        left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| square_to(sub(left, right), up)).collect();
-    let half = ((WINDOW_S / 2.0 * rate_hz) as usize).min(across.len());
+    let across = left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| square_to(sub(left, right), up));
+    let frames = across.len();
+    let half = ((WINDOW_S / 2.0 * rate_hz) as usize).min(frames);
     // Running sums of the known points: each window is a difference of two sums.
     let mut sums = vec![([0.0; 3], 0_usize)];
-    for point in &across {
+    for point in across {
         let (sum, count) = sums[sums.len() - 1];
-        sums.push(if is_seen(point) { (add(sum, *point), count + 1) } else { (sum, count) });
+        sums.push(if is_seen(&point) { (add(sum, point), count + 1) } else { (sum, count) });
     }
-    let total = sums[across.len()].0;
+    let total = sums[frames].0;
     let overall = unit(cross(total, up)).ok_or_else(fault)?;
-    let forward: Vec<[f64; 3]> = (0..across.len())
+    let forward: Vec<[f64; 3]> = (0..frames)
         .map(|n| {
-            let (from, to) = (sums[n.saturating_sub(half)], sums[(n + half + 1).min(across.len())]);
+            let (from, to) = (sums[n.saturating_sub(half)], sums[(n + half + 1).min(frames)]);
             let window = (to.1 > from.1).then(|| cross(sub(to.0, from.0), up)).and_then(unit);
             window.unwrap_or(overall)
         })

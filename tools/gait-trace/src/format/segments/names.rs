@@ -86,8 +86,11 @@ pub(crate) struct Leg<P> {
     pub(super) markers: Vec<String>,
 }
 
-/// The left and right leg; `None` where a hip, knee or ankle is missing.
-pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Place>>; 2] {
+/// The left and right leg, with places that points give; `None` where a hip, knee or ankle is missing.
+pub(crate) type FoundLegs = [Option<Leg<Place>>; 2];
+
+/// Finds the legs.
+pub(crate) fn find(labels: &[&str]) -> FoundLegs {
     // OpenCap marks the joint centres that it computes with `_study`.
     let plain = |label: &&str| -> String {
         let plain: String = label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();

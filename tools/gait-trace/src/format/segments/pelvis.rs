@@ -84,12 +84,12 @@ impl Pelvis {
     /// The trajectory of the hip joint centre; missing where a marker is.
     pub(super) fn hip(
         &self,
-        track: impl Fn(usize) -> Track,
+        mut track: impl FnMut(usize) -> Track,
         length_unit: LengthUnit<'_>,
         notes: &mut Vec<String>,
     ) -> Result<Track, Fault> {
-        let [left, right] = self.anterior.map(&track);
-        let back = mean_track(&self.posterior, &track);
+        let [left, right] = self.anterior.map(&mut track);
+        let back = mean_track(&self.posterior, track);
         let known = |values: Vec<f64>| median(values.into_iter().filter(|value| value.is_finite()));
         let middles: Track = left.iter().zip(&right).map(|(&left, &right)| scale(add(left, right), 0.5)).collect();
         let width = known(left.iter().zip(&right).map(|(&left, &right)| length(sub(left, right))).collect());

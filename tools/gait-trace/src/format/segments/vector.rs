@@ -41,9 +41,9 @@ pub(super) fn square_to(a: Vector, axis: Vector) -> Vector {
 }
 
 /// The mean of trajectories, point by point; missing where one of them is.
-pub(super) fn mean_track(points: &[usize], track: impl Fn(usize) -> Track) -> Track {
+pub(super) fn mean_track(points: &[usize], track: impl FnMut(usize) -> Track) -> Track {
     let share = 1.0 / points.len() as f64;
-    let mut tracks = points.iter().map(|&point| track(point));
+    let mut tracks = points.iter().copied().map(track);
     let mut sum = tracks.next().unwrap_or_default();
     for other in tracks {
         sum.iter_mut().zip(other).for_each(|(a, b)| *a = add(*a, b));
