@@ -146,8 +146,8 @@ fn rows_of_tables_are_those_of_the_whole_file() {
         let files = [
             text.clone().into_bytes(),
             text.replace('\n', "\r\n").into_bytes(),
-            text[..text.len() - 1].as_bytes().to_vec(),
-            text[..text.len() - 30].as_bytes().to_vec(),
+            text.as_bytes()[..text.len() - 1].to_vec(),
+            text.as_bytes()[..text.len() - 30].to_vec(),
             with("1\n"),
             with("endheader\n"),
             with("1\nendheader\n"),
