@@ -422,8 +422,9 @@ mod tests {
                 let at = place.index(bytes.len());
                 bytes[at] = 0xe9;
             }
-            // Only a file of markers is recognised by few lines.
+            // Only a file of markers is recognised by few lines, and by its first word.
             let head = if *name == "a.trc" { head } else { whole_lines - head % 40 };
+            let is_recognised = begin != "# remark\n" && (*name != "a.trc" || begin != "\n \n");
             let how = options(map, *rate_hz, &calibration);
             if let Some((whole, blocks)) = both(name, &bytes, (head, more, at_once), &how) {
                 match blocks {
@@ -431,7 +432,7 @@ mod tests {
                     None => prop_assert!(text_table::text(name, &bytes).is_err(), "no blocks"),
                 }
             } else {
-                prop_assert!(!marks.is_empty() || is_latin || cut.is_some() || *begin == *"# remark\n", "not read in rows");
+                prop_assert!(!marks.is_empty() || is_latin || cut.is_some() || !is_recognised, "not read in rows");
             }
         }
     }
