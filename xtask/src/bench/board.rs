@@ -150,7 +150,7 @@ struct Programs {
 pub(crate) fn bench(options: &Options) -> Result<()> {
     let only_a_part = options.only_c || options.only_qemu;
     ensure!(
-        !options.write || options.only_qemu || shell::on_path(C_COMPILER).is_some(),
+        !options.write || shell::on_path(C_COMPILER).is_some(),
         "no {C_COMPILER} on the path, so the page would lose its comparison with C; Debian has it in gcc-arm-none-eabi. Without --write the other \
          numbers are printed"
     );
@@ -193,11 +193,13 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     if !options.only_c {
         result["qemu"] = qemu::measure(&workspace, virtual_board, board_cost, folder)?;
     }
-    let (by, others) = (&result["beside_c"]["rust_compiler"], &result["compiler"]);
-    ensure!(
-        by.is_null() || by == others,
-        "the steps are by {by}, the other numbers by {others}: measure all, without --only-c"
-    );
+    for by in [&result["beside_c"]["rust_compiler"], &result["qemu"]["compiler"]] {
+        let others = &result["compiler"];
+        ensure!(
+            by.is_null() || by == others,
+            "the steps are by {by}, the other numbers by {others}: measure all, without --only-c and --only-qemu"
+        );
+    }
     counts.beside_c(&result["beside_c"])?;
     result["compared"] = json!({ "secs": compared::SECS, "instructions": counts.0 });
     let text = serde_json::to_string_pretty(&result).context("writing the result")? + "\n";

@@ -321,16 +321,26 @@ fn second_witness(measured: &Value) -> Result<String> {
         return Ok(text);
     }
     let (functions, calls, instructions) = qemu::totals(measured)?;
+    let (beside_c, shared) = if measured["with_c"] == true {
+        (
+            ", and the steps beside C",
+            "In this program R1 and the thesis' network beside C are also\n`step_robust` and `step_thesis`: the compiler gave both the same code, 4 instructions of which are the function around the step. ",
+        )
+    } else {
+        ("", "")
+    };
     let _ = write!(
         text,
-        "QEMU {} counts **the same instructions in each of {calls} calls of {functions} functions**, {instructions} in all: whole ticks of the control loop\n\
-         on a recorded walk, from power-on through the arming (`loop_`), steps of every generator alone (`step_`) and with their angles (`tick_`), and the steps beside C. The\n\
+        "QEMU {} counts **the same instructions in each of {calls} calls of {functions} functions**, {instructions} of the {} that the program executes: whole\n\
+         ticks of the control loop on a recorded walk, from its first tick through the arming, with the default robot and one sensor (`loop_default_walk`) and with a\n\
+         follower and four (`loop_follower`, too short for it to lock), steps of every generator alone (`step_`) and with their angles (`tick_`){beside_c}. The\n\
          program is `tests/step-cost/src/witness.rs`; a call counts from its first instruction to its return, with what it calls, on the virtual board by the trace of\n\
          blocks, on QEMU by a log of single instructions. The ticks have none of the firmware around the loop, and `loop_follower` has the frame of each\n\
-         tick, so they are not those of the set-ups. Two functions with the same code are one: `step_robust` and `step_thesis` are the steps of R1 and of the thesis' network\n\
-         beside C too. The virtual board's core, Unicorn, is derived from QEMU: an error that both have does not show here.\n\n\
+         tick, so they are not those of the set-ups. {shared}The virtual board's core, Unicorn, is derived from QEMU: an error that both have does not show here. The step\n\
+         `qemu-counts` compares the two emulators, and functions and calls with this table, but not the numbers of the table with those of the day.\n\n\
          | function | calls | instructions: min, median, p99, max | in all calls |\n|---|---|---|---|\n",
-        name(&measured["version"])?
+        name(&measured["version"])?,
+        measured["program_instructions"]
     );
     for row in measured["functions"].as_array().context("QEMU counted no function")? {
         let (function, instructions) = (name(&row["function"])?, spread(&row["instructions"])?);

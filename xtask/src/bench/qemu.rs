@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use super::qemu_log::Counter;
-use super::{beside_c, counted};
+use super::{beside_c, compared, counted};
 use crate::image;
 use crate::shell;
 use crate::workspace::{C_COMPILER, Workspace};
@@ -36,6 +36,7 @@ pub(super) fn measure(workspace: &Workspace, virtual_board: &Path, board_cost: &
     let program = workspace.witness()?;
     let elf = std::fs::read(&program).with_context(|| format!("reading {}", program.display()))?;
     let names = functions(&elf)?;
+    let with_c = shell::on_path(C_COMPILER).is_some();
     let (_, on_board) = counted::functions(virtual_board, board_cost, &program, folder, &names, &["--calls"])?;
     let version = version(&shell::stdout_of(shell::command(QEMU).arg("--version"))?)?;
     let (on_qemu, instructions) = run(&program, Counter::new(&elf, &names)?, version)?;
@@ -51,16 +52,57 @@ pub(super) fn measure(workspace: &Workspace, virtual_board: &Path, board_cost: &
     }
     ensure!(differences.is_empty(), "QEMU and the virtual board count differently:\n{}", differences.join("\n"));
     let [major, minor] = version;
-    Ok(json!({ "version": format!("{major}.{minor}"), "program_instructions": instructions, "functions": rows }))
+    Ok(json!({
+        "version": format!("{major}.{minor}"),
+        "compiler": on_board["compiler"],
+        "with_c": with_c,
+        "program_instructions": instructions,
+        "functions": rows,
+    }))
 }
 
-/// Compares all calls; what was compared.
+/// Compares all calls, of the functions of docs/performance.json; what was compared.
 pub(crate) fn compare(workspace: &Workspace, virtual_board: &Path) -> Result<String> {
     let folder = workspace.target_dir.join("bench");
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let measured = measure(workspace, virtual_board, &workspace.board_cost()?, &folder)?;
+    same_calls(&measured, &compared::baseline()?["qemu"])?;
     let (functions, calls, instructions) = totals(&measured)?;
-    Ok(format!("{instructions} instructions in {calls} calls of {functions} functions"))
+    let without = if measured["with_c"] == true {
+        String::new()
+    } else {
+        format!(", without the steps beside C: no {C_COMPILER}")
+    };
+    Ok(format!("{instructions} instructions in {calls} calls of {functions} functions{without}"))
+}
+
+/// An error if functions or their numbers of calls are others than those in docs/performance.json, so that nothing is left out unseen. Without C
+/// the functions that it adds are not looked for, and those that it calls too are called less often.
+fn same_calls(measured: &Value, baseline: &Value) -> Result<()> {
+    let rows = |of: &Value| -> Result<Vec<(String, u64)>> {
+        let rows = of["functions"].as_array().context("no counted function")?;
+        let row = |row: &Value| Some((row["function"].as_str()?.to_owned(), row["calls"].as_u64()?));
+        rows.iter().map(|of| row(of).context("a row without function or calls")).collect()
+    };
+    let with_c = measured["with_c"] == true;
+    let is_compared = |name: &str| with_c || COUNTED.iter().any(|begin| name.starts_with(begin));
+    let (measured, mut baseline) = (rows(measured)?, rows(baseline)?);
+    baseline.retain(|(name, _)| is_compared(name));
+    for (name, calls) in &baseline {
+        let found = measured.iter().find(|(other, _)| other == name);
+        let (_, now) =
+            found.with_context(|| format!("{name} is in docs/performance.json and is not counted any more"))?;
+        ensure!(
+            now == calls || !with_c && !name.starts_with("loop_"),
+            "{name} is called {now} times, {calls} times in docs/performance.json: `cargo xtask bench board --only-qemu --write` writes it again"
+        );
+    }
+    let new = measured.iter().find(|(name, _)| !baseline.iter().any(|(other, _)| other == name));
+    ensure!(
+        new.is_none(),
+        "{new:?} is not in docs/performance.json: `cargo xtask bench board --only-qemu --write` writes it again"
+    );
+    Ok(())
 }
 
 /// Numbers of functions, calls, and instructions in them.
@@ -70,7 +112,7 @@ pub(super) fn totals(measured: &Value) -> Result<(usize, u64, u64)> {
     Ok((rows.len(), sum("calls")?, sum("sum")?))
 }
 
-/// The functions that are counted. The linker gives two that have the same code one address: they are one function, by the first of the names.
+/// The functions that are counted. The compiler gives some that have the same code one address: they are one function, by the first of the names.
 fn functions(elf: &[u8]) -> Result<Vec<String>> {
     let mut all = image::functions(elf).map_err(anyhow::Error::msg)?;
     all.sort();
@@ -192,6 +234,27 @@ mod tests {
         assert_eq!(of("QEMU emulator version 8.1.0"), "-accel");
         assert_eq!(of("QEMU emulator version 10.0.2"), "-accel");
         assert!(version("another program").is_err());
+    }
+
+    #[test]
+    fn a_function_that_is_left_out_new_or_called_less_often_is_named() {
+        let of = |with_c: bool, rows: &[(&str, u64)]| {
+            let row = |(name, calls): &(&str, u64)| json!({ "function": name, "calls": calls });
+            json!({ "with_c": with_c, "functions": rows.iter().map(row).collect::<Vec<_>>() })
+        };
+        let all = of(true, &[("loop_walk", 9), ("step_a", 7), ("c_a", 6)]);
+        assert!(same_calls(&all, &all).is_ok());
+        assert!(same_calls(&of(false, &[("loop_walk", 9), ("step_a", 1)]), &all).is_ok());
+        for (now, named) in [
+            (of(true, &[("loop_walk", 9), ("step_a", 7)]), "c_a"),
+            (of(true, &[("loop_walk", 9), ("step_a", 1), ("c_a", 6)]), "step_a"),
+            (of(false, &[("loop_walk", 8), ("step_a", 1)]), "loop_walk"),
+            (of(false, &[("loop_walk", 9)]), "step_a"),
+            (of(true, &[("loop_walk", 9), ("step_a", 7), ("c_a", 6), ("step_b", 7)]), "step_b"),
+        ] {
+            let why = same_calls(&now, &all).unwrap_err().to_string();
+            assert!(why.contains(named), "{why}");
+        }
     }
 
     #[test]

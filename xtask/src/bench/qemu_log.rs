@@ -187,10 +187,11 @@ mod tests {
 
     #[test]
     fn a_lost_line_changes_a_count_or_fails() {
+        let calls = |lines: &[String]| count(lines).map(|(calls, _)| calls).ok();
         for place in 2..run().len() - 1 {
             let mut lines = run();
             lines.remove(place);
-            assert!(count(&lines).ok() != count(&run()).ok(), "{place}");
+            assert!(calls(&lines) != calls(&run()), "{place}");
         }
     }
 

@@ -149,7 +149,7 @@ pub(super) const STEPS: [Step; 28] = [
     },
     Step {
         name: "qemu-counts",
-        claim: "QEMU counts the instructions of the virtual board in each call of whole ticks, of every generator's step, and of the steps beside C where there is its compiler",
+        claim: "QEMU counts as many instructions as the virtual board in each call of whole ticks, of every generator's step, and of the steps beside C where there is its compiler",
         needs: &[Need::BoardCompiler, Need::VirtualBoard, Need::Qemu],
         uses: &[],
         run: qemu_counts,
