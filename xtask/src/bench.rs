@@ -18,9 +18,9 @@ mod qemu_log;
 
 pub(crate) use board::compare as compare_instructions;
 pub(crate) use pico::compare as compare_pico;
-pub(crate) use qemu::compare as compare_with_qemu;
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
@@ -30,6 +30,11 @@ use crate::emulated;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
+
+/// Compares the counts of QEMU with those of the virtual board, and what is counted with docs/performance.json; what was compared.
+pub(crate) fn compare_with_qemu(workspace: &Workspace, virtual_board: &Path) -> Result<String> {
+    qemu::compare(workspace, virtual_board, &compared::baseline()?)
+}
 
 /// What to measure.
 #[derive(Debug, clap::Subcommand)]

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use super::qemu_log::Counter;
-use super::{beside_c, compared, counted};
+use super::{beside_c, counted};
 use crate::image;
 use crate::shell;
 use crate::workspace::{C_COMPILER, Workspace};
@@ -61,12 +61,12 @@ pub(super) fn measure(workspace: &Workspace, virtual_board: &Path, board_cost: &
     }))
 }
 
-/// Compares all calls, of the functions of docs/performance.json; what was compared.
-pub(crate) fn compare(workspace: &Workspace, virtual_board: &Path) -> Result<String> {
+/// Compares all calls, of the functions of docs/performance.json, whose content is `baseline`; what was compared.
+pub(super) fn compare(workspace: &Workspace, virtual_board: &Path, baseline: &Value) -> Result<String> {
     let folder = workspace.target_dir.join("bench");
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let measured = measure(workspace, virtual_board, &workspace.board_cost()?, &folder)?;
-    same_calls(&measured, &compared::baseline()?["qemu"])?;
+    same_calls(&measured, &baseline["qemu"])?;
     let (functions, calls, instructions) = totals(&measured)?;
     let without = if measured["with_c"] == true {
         String::new()
