@@ -10,6 +10,14 @@ pub(super) struct Cdr<'a> {
     is_big_endian: bool,
 }
 
+/// A sequence of texts, and the bytes that it was read from.
+#[derive(Debug, Default)]
+pub(super) struct Texts {
+    pub(super) texts: Vec<String>,
+    bytes: Vec<u8>,
+    is_big_endian: bool,
+}
+
 impl<'a> Cdr<'a> {
     pub(super) fn new(message: &'a [u8]) -> Result<Self, String> {
         let is_big_endian = match message {
@@ -74,8 +82,19 @@ impl<'a> Cdr<'a> {
         Ok(count)
     }
 
-    pub(super) fn texts(&mut self, what: &str) -> Result<Vec<&'a str>, String> {
-        (0..self.count(4, what)?).map(|_| self.text(what)).collect()
+    /// A sequence of texts; `None` if it is that of `before`, which most messages have in common: comparing is faster than reading.
+    pub(super) fn new_texts(&mut self, before: &Texts, what: &str) -> Result<Option<Texts>, String> {
+        // From a multiple of 4 the places of the numbers in the sequence are those of any other message.
+        let begin = self.at.next_multiple_of(4);
+        let is_before = |rest: &[u8]| !before.bytes.is_empty() && rest.starts_with(&before.bytes);
+        if self.is_big_endian == before.is_big_endian && self.bytes.get(begin..).is_some_and(is_before) {
+            self.at = begin + before.bytes.len();
+            return Ok(None);
+        }
+        let count = self.count(4, what)?;
+        let texts = (0..count).map(|_| self.text(what).map(str::to_owned)).collect::<Result<_, _>>()?;
+        let bytes = self.bytes[begin..self.at].to_vec();
+        Ok(Some(Texts { texts, bytes, is_big_endian: self.is_big_endian }))
     }
 
     pub(super) fn f64s(&mut self, what: &str) -> Result<Vec<f64>, String> {

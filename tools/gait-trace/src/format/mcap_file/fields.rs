@@ -4,6 +4,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_unit::AngleUnit;
 use crate::format::choice::columns;
 use crate::format::joint_names::{joint_of, unit_of};
+use crate::format::mcap_file::cdr::Texts;
 use crate::format::mcap_file::joint_state::{JointState, Layout, layout_of};
 use crate::format::mcap_file::message::object_of;
 use crate::format::text_table::{listed, short};
@@ -40,7 +41,7 @@ pub(super) struct Source {
     /// Messages of the state of joints that have a stamp.
     pub(super) stamped: u64,
     /// The joints of the last message of the state of joints: nearly always those of the next one.
-    last_names: Vec<String>,
+    last_names: Texts,
 }
 
 /// A field of a channel's messages that may be a joint.
@@ -103,15 +104,18 @@ impl Seen {
                 let fields = match source.kind {
                     Kind::Json if source.messages == 1 => numbers_of(&data),
                     // A message that cannot be read is an error where it is used.
-                    Kind::JointState(layout) => JointState::parse(&data, layout).map_or(Vec::new(), |state| {
-                        source.stamped += u64::from(state.stamp_ns != 0);
-                        if state.names == source.last_names {
-                            return Vec::new();
+                    Kind::JointState(layout) => match JointState::parse(&data, layout, &source.last_names) {
+                        Ok(state) => {
+                            source.stamped += u64::from(state.stamp_ns != 0);
+                            state.new_names.map_or_else(Vec::new, |names| {
+                                source.last_names = names;
+                                let is_new =
+                                    |name: &&String| self.names.insert((source.topic.clone(), (*name).clone()));
+                                source.last_names.texts.iter().filter(is_new).cloned().collect()
+                            })
                         }
-                        source.last_names = state.names.iter().map(|name| (*name).to_owned()).collect();
-                        let is_new = |name: &&str| self.names.insert((source.topic.clone(), (*name).to_owned()));
-                        state.names.into_iter().filter(is_new).map(str::to_owned).collect()
-                    }),
+                        Err(_) => Vec::new(),
+                    },
                     _ => Vec::new(),
                 };
                 for name in fields {
@@ -145,7 +149,7 @@ impl Seen {
             _ => Kind::Other,
         };
         let words = short(&message_encoding);
-        self.sources.insert(id, Source { topic, kind, words, messages: 0, stamped: 0, last_names: Vec::new() });
+        self.sources.insert(id, Source { topic, kind, words, messages: 0, stamped: 0, last_names: Texts::default() });
         Ok(())
     }
 

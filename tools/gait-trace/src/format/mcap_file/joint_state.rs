@@ -3,7 +3,7 @@
 //! Positions of joints that turn are in radians (ROS REP 103). The definition that the file has of the message decides; where it has
 //! none in the language of `.msg` files, the name of the schema does.
 
-use crate::format::mcap_file::cdr::Cdr;
+use crate::format::mcap_file::cdr::{Cdr, Texts};
 
 /// The name of the schema.
 const NAME: &str = "sensor_msgs/msg/JointState";
@@ -26,10 +26,11 @@ pub(super) struct Layout {
 }
 
 /// One message.
-pub(super) struct JointState<'a> {
+pub(super) struct JointState {
     /// Nanoseconds of the stamp.
     pub(super) stamp_ns: i64,
-    pub(super) names: Vec<&'a str>,
+    /// The names of the joints, unless they are those of the message before.
+    pub(super) new_names: Option<Texts>,
     /// Radians; empty, or as many as there are names.
     pub(super) positions: Vec<f64>,
 }
@@ -78,8 +79,9 @@ fn bare(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
-impl<'a> JointState<'a> {
-    pub(super) fn parse(message: &'a [u8], layout: Layout) -> Result<Self, String> {
+impl JointState {
+    /// Reads a message; `before` are the names of the joints in the message before it.
+    pub(super) fn parse(message: &[u8], layout: Layout, before: &Texts) -> Result<Self, String> {
         let mut cdr = Cdr::new(message)?;
         if layout.has_sequence_number {
             cdr.u32("header.seq")?;
@@ -89,22 +91,23 @@ impl<'a> JointState<'a> {
             return Err(format!("header.stamp.nanosec is {nanosec}; allowed is below 1000000000"));
         }
         cdr.text("header.frame_id")?;
-        let names = cdr.texts("name")?;
+        let new_names = cdr.new_texts(before, "name")?;
+        let names = new_names.as_ref().unwrap_or(before).texts.len();
         let positions = cdr.f64s("position")?;
-        if !positions.is_empty() && positions.len() != names.len() {
+        if !positions.is_empty() && positions.len() != names {
             return Err(format!(
-                "{} positions of {} joints; allowed are as many as there are names, or none",
-                positions.len(),
-                names.len()
+                "{} positions of {names} joints; allowed are as many as there are names, or none",
+                positions.len()
             ));
         }
-        Ok(Self { stamp_ns: i64::from(sec) * 1_000_000_000 + i64::from(nanosec), names, positions })
+        Ok(Self { stamp_ns: i64::from(sec) * 1_000_000_000 + i64::from(nanosec), new_names, positions })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const DEFINITION: &str = "# the state of joints\nstd_msgs/Header header # stamp\n\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n\n================================================================================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n================================================================================\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 
@@ -122,5 +125,57 @@ mod tests {
         assert_eq!(of(NAME, MSG, ""), Ok(Some(plain)));
         assert_eq!(of(NAME, "ros2idl", "module sensor_msgs {"), Ok(Some(plain)));
         assert_eq!(of("sensor_msgs/msg/Image", "ros2idl", "module sensor_msgs {"), Ok(None));
+    }
+
+    /// A message with some of three names, its numbers in one of both byte orders, with one byte that may be changed, cut off somewhere.
+    fn messages() -> impl Strategy<Value = Vec<u8>> {
+        let names = proptest::collection::vec(proptest::sample::select(vec!["a", "knee", "left_hip"]), 0..3);
+        let damage = (0_usize..80, prop_oneof![4 => Just(0_u8), 1 => any::<u8>()]);
+        (any::<bool>(), 0_usize..5, names, damage, 0_usize..200).prop_map(
+            |(is_big_endian, frame, names, damage, length)| {
+                let number = |number: u32| if is_big_endian { number.to_be_bytes() } else { number.to_le_bytes() };
+                let mut message = vec![0, u8::from(!is_big_endian), 0, 0, 0, 0, 0, 1, 0, 0, 0, 0];
+                let text = |message: &mut Vec<u8>, text: &str| {
+                    message.resize(message.len().next_multiple_of(4), 0);
+                    message.extend(number(text.len() as u32 + 1));
+                    message.extend(text.bytes().chain([0]));
+                };
+                text(&mut message, &"frame"[..frame]);
+                message.resize(message.len().next_multiple_of(4), 0);
+                message.extend(number(names.len() as u32));
+                names.iter().for_each(|name| text(&mut message, name));
+                message.resize(message.len().next_multiple_of(4), 0);
+                message.extend(number(names.len() as u32));
+                message.resize((message.len() - 4).next_multiple_of(8) + 4, 0);
+                message.resize(message.len() + 8 * names.len(), 7);
+                let (place, by) = (damage.0 % message.len(), damage.1);
+                message[place] ^= by;
+                // Mostly whole.
+                message.truncate(if length < 100 { length.max(40) } else { usize::MAX });
+                message
+            },
+        )
+    }
+
+    proptest! {
+        /// A message is what it is without the message before it.
+        #[test]
+        fn the_names_of_the_message_before_change_nothing(messages in proptest::collection::vec(messages(), 2..6)) {
+            let layout = Layout { has_sequence_number: false };
+            let mut before = Texts::default();
+            for message in &messages {
+                let alone = JointState::parse(message, layout, &Texts::default());
+                match (JointState::parse(message, layout, &before), alone) {
+                    (Err(error), Err(alone)) => prop_assert_eq!(error, alone),
+                    (Ok(state), Ok(alone)) => {
+                        before = state.new_names.unwrap_or(before);
+                        prop_assert_eq!(&before.texts, &alone.new_names.unwrap().texts);
+                        let bits = |positions: Vec<f64>| positions.into_iter().map(f64::to_bits).collect::<Vec<_>>();
+                        prop_assert_eq!((state.stamp_ns, bits(state.positions)), (alone.stamp_ns, bits(alone.positions)));
+                    }
+                    (one, other) => prop_assert!(false, "{:?}, alone {:?}", one.err(), other.err()),
+                }
+            }
+        }
     }
 }

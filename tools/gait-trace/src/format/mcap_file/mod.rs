@@ -27,6 +27,7 @@ use crate::format::text_table::{check_rows, short};
 use crate::format::unit::scaled;
 use crate::options::ReadOptions;
 use crate::raw::{RawJoints, SignSource};
+use cdr::Texts;
 use fields::{Chosen, Kind, Seen, Source};
 use joint_state::{JointState, Layout};
 use joint_units::Joint;
@@ -75,8 +76,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     notes.append(&mut seen.notes);
     let chosen = seen.choose(name, how)?;
     let channels = channels(&seen, &chosen);
-    let mut table =
-        Table { seen: &seen, channels: &channels, chosen, time_s: Vec::new(), last_ns: None, without_positions: 0 };
+    let mut table = Table { seen: &seen, channels, chosen, time_s: Vec::new(), last_ns: None };
     records(name, bytes, |at, record| {
         let Record::Message { header, data } = record else { return Ok(()) };
         table.take(&header, &data).map_err(|fault| match fault {
@@ -107,13 +107,47 @@ struct OfChannel {
     has_stamps: bool,
     /// The joints that are chosen from it, by their index.
     joints: Vec<usize>,
+    /// The joints of the last message of the state of joints, and the place of each that is chosen among them.
+    last_names: Texts,
+    places: Vec<Option<usize>>,
+    /// Messages with names of joints and no positions.
+    without_positions: u64,
+}
+
+impl OfChannel {
+    /// Stamp and positions of the joints that are chosen; `None` if the message has none of them.
+    fn state_of(&mut self, chosen: &[Chosen], data: &[u8], layout: Layout) -> Result<Option<(i64, Values)>, String> {
+        check_length(data)?;
+        let JointState { stamp_ns, new_names, positions } = JointState::parse(data, layout, &self.last_names)?;
+        if let Some(names) = new_names {
+            let place = |&n: &usize| names.texts.iter().position(|name| *name == chosen[n].field);
+            self.places = self.joints.iter().map(place).collect();
+            self.last_names = names;
+        }
+        if positions.is_empty() {
+            self.without_positions += u64::from(!self.last_names.texts.is_empty());
+            return Ok(None);
+        }
+        let mut values = Values::default();
+        for (&n, place) in self.joints.iter().zip(&self.places) {
+            values[n] = place.map(|place| positions[place]);
+        }
+        Ok(values.iter().any(Option::is_some).then_some((stamp_ns, values)))
+    }
 }
 
 /// The channels that hold joints that are chosen.
 fn channels(seen: &Seen, chosen: &[Chosen]) -> BTreeMap<u16, OfChannel> {
     let of_source = |(&channel, source): (&u16, &Source)| {
         let joints: Vec<usize> = (0..chosen.len()).filter(|&n| seen.are_one(chosen[n].channel, channel)).collect();
-        let of = OfChannel { kind: source.kind, has_stamps: has_stamps(seen, source), joints };
+        let of = OfChannel {
+            kind: source.kind,
+            has_stamps: has_stamps(seen, source),
+            joints,
+            last_names: Texts::default(),
+            places: Vec::new(),
+            without_positions: 0,
+        };
         (!of.joints.is_empty()).then_some((channel, of))
     };
     seen.sources.iter().filter_map(of_source).collect()
@@ -127,13 +161,11 @@ fn has_stamps(seen: &Seen, source: &Source) -> bool {
 /// The rows that are read.
 struct Table<'a> {
     seen: &'a Seen,
-    channels: &'a BTreeMap<u16, OfChannel>,
+    channels: BTreeMap<u16, OfChannel>,
     chosen: Vec<Chosen>,
     time_s: Vec<f64>,
     /// Time of the last row, nanoseconds.
     last_ns: Option<i128>,
-    /// Messages with names of joints and no positions.
-    without_positions: u64,
 }
 
 /// Numbers of a message by the index of the joint that is chosen; none for a joint that it does not have.
@@ -147,17 +179,18 @@ enum Why {
 
 impl Table<'_> {
     fn take(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), Why> {
-        let Some(OfChannel { kind, has_stamps, joints }) = self.channels.get(&header.channel_id) else { return Ok(()) };
+        let Some(channel) = self.channels.get_mut(&header.channel_id) else { return Ok(()) };
         let message = |why| Why::Message(format!("message: {why}"));
-        let (time_ns, values) = match *kind {
+        let (time_ns, values) = match channel.kind {
             Kind::JointState(layout) => {
-                let Some((stamp_ns, values)) = self.state_of(joints, data, layout).map_err(message)? else {
+                let Some((stamp_ns, values)) = channel.state_of(&self.chosen, data, layout).map_err(message)? else {
                     return Ok(());
                 };
-                (if *has_stamps { i128::from(stamp_ns) } else { i128::from(header.log_time) }, values)
+                (if channel.has_stamps { i128::from(stamp_ns) } else { i128::from(header.log_time) }, values)
             }
             Kind::Json => {
-                (i128::from(header.log_time) - i128::from(self.seen.zero_ns), self.object_values(joints, data)?)
+                let values = object_values(&self.chosen, &channel.joints, data)?;
+                (i128::from(header.log_time) - i128::from(self.seen.zero_ns), values)
             }
             Kind::Other => return Ok(()),
         };
@@ -182,40 +215,6 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// Stamp and positions of the joints that are chosen; `None` if the message has none of them.
-    fn state_of(&mut self, of: &[usize], data: &[u8], layout: Layout) -> Result<Option<(i64, Values)>, String> {
-        check_length(data)?;
-        let state = JointState::parse(data, layout)?;
-        if state.positions.is_empty() {
-            self.without_positions += u64::from(!state.names.is_empty());
-            return Ok(None);
-        }
-        let mut values = Values::default();
-        for &n in of {
-            let at = state.names.iter().position(|name| *name == self.chosen[n].field);
-            values[n] = at.map(|at| state.positions[at]);
-        }
-        Ok(values.iter().any(Option::is_some).then_some((state.stamp_ns, values)))
-    }
-
-    /// The numbers of the fields that are chosen; NaN for a field that is missing.
-    fn object_values(&self, of: &[usize], data: &[u8]) -> Result<Values, Why> {
-        let object = object_of(data).map_err(|why| Why::Message(format!("message: {why}")))?;
-        let mut values = Values::default();
-        for &n in of {
-            let chosen = &self.chosen[n];
-            values[n] = Some(match object.get(&chosen.field) {
-                None | Some(Value::Null) => f64::NAN,
-                Some(Value::Number(number)) => scaled(&number.to_string(), false, chosen.power).unwrap_or(f64::NAN),
-                Some(other) => {
-                    let found = short(&other.to_string());
-                    return Err(Why::Message(format!("`{}` is {found}; allowed is a number or null", chosen.heading)));
-                }
-            });
-        }
-        Ok(values)
-    }
-
     /// The kind of the messages that were read, and whether their times are those of receipt, with notes on those that were not read.
     fn describe(&self, notes: &mut Vec<String>) -> (&'static str, bool) {
         let is_read = |channel: u16| self.chosen.iter().any(|chosen| self.seen.are_one(chosen.channel, channel));
@@ -237,8 +236,9 @@ impl Table<'_> {
                 "No header of `{topic}` has a stamp; the times are those at which the messages were received."
             ));
         }
-        if self.without_positions > 0 {
-            notes.push(format!("{} messages have no positions and are left out.", self.without_positions));
+        let without_positions: u64 = self.channels.values().map(|channel| channel.without_positions).sum();
+        if without_positions > 0 {
+            notes.push(format!("{without_positions} messages have no positions and are left out."));
         }
         let mut others: BTreeMap<&str, u64> = BTreeMap::new();
         for (_, source) in sources().filter(|(is_read, source)| !is_read && source.messages > 0) {
@@ -252,4 +252,22 @@ impl Table<'_> {
         }
         ("ROS 2 JointState", received)
     }
+}
+
+/// The numbers of the fields that are chosen; NaN for a field that is missing.
+fn object_values(chosen: &[Chosen], of: &[usize], data: &[u8]) -> Result<Values, Why> {
+    let object = object_of(data).map_err(|why| Why::Message(format!("message: {why}")))?;
+    let mut values = Values::default();
+    for &n in of {
+        let chosen = &chosen[n];
+        values[n] = Some(match object.get(&chosen.field) {
+            None | Some(Value::Null) => f64::NAN,
+            Some(Value::Number(number)) => scaled(&number.to_string(), false, chosen.power).unwrap_or(f64::NAN),
+            Some(other) => {
+                let found = short(&other.to_string());
+                return Err(Why::Message(format!("`{}` is {found}; allowed is a number or null", chosen.heading)));
+            }
+        });
+    }
+    Ok(values)
 }
