@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 
 use crate::board::{AnyBoard, Board, Variant};
 use crate::dfu;
@@ -107,7 +107,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         return shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf));
     }
     let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;
-    for part in image::flash_parts(&elf).map_err(|wrong| anyhow!("{}: {wrong}", image.elf.display()))? {
+    for part in image::flash_parts(&elf).with_context(|| format!("in {}", image.elf.display()))? {
         let file = image.elf.with_extension("bin");
         std::fs::write(&file, &part.bytes).with_context(|| format!("writing {}", file.display()))?;
         dfu::download(part.address, &file)?;

@@ -1,8 +1,13 @@
-//! Reads an image's ELF file (32 bit, little-endian): its size in flash and RAM, its bytes in flash, and whether it computes in double
-//! precision.
+//! What an image's ELF file says: its size in flash and RAM, its bytes in flash, its functions, its compiler, and whether it computes in
+//! double precision.
 
 use std::fmt;
 use std::ops::Range;
+
+use anyhow::{Context, Result, ensure};
+use object::elf::{PT_LOAD, SHF_ALLOC, SHT_NOBITS};
+use object::read::elf::{ElfFile32, ProgramHeader as _, SectionHeader as _};
+use object::{LittleEndian, Object as _, ObjectSymbol as _, ObjectSymbolTable as _, SymbolKind};
 
 use crate::probe::{SECTOR_BYTES, Sector};
 
@@ -22,60 +27,11 @@ impl fmt::Display for Footprint {
     }
 }
 
-// Of the ELF specification.
-const PT_LOAD: u32 = 1;
-const SHT_SYMTAB: u32 = 2;
-const SHT_NOBITS: u32 = 8;
-const SHF_ALLOC: u32 = 2;
-const SYMBOL_SIZE: usize = 16;
-/// Place of the type in a symbol.
-const SYMBOL_INFO: usize = 12;
-const STT_FUNC: u8 = 2;
 /// Where an STM32's RAM starts; flash lies below (RM0090, memory map).
 const RAM_START: u32 = 0x2000_0000;
 
-const CUT: &str = "the ELF file is cut short";
-const NOT_ELF: &str = "not a 32 bit little-endian ELF file";
-
-fn half(elf: &[u8], at: usize) -> Result<u16, &'static str> {
-    let bytes = at.checked_add(2).and_then(|end| elf.get(at..end)).ok_or(CUT)?;
-    bytes.try_into().map(u16::from_le_bytes).map_err(|_| CUT)
-}
-
-fn word(elf: &[u8], at: usize) -> Result<u32, &'static str> {
-    let bytes = at.checked_add(4).and_then(|end| elf.get(at..end)).ok_or(CUT)?;
-    bytes.try_into().map(u32::from_le_bytes).map_err(|_| CUT)
-}
-
-/// A section header, as far as it is needed.
-struct Section {
-    kind: u32,
-    flags: u32,
-    address: u32,
-    offset: u32,
-    size: u32,
-    link: u32,
-}
-
-fn sections(elf: &[u8]) -> Result<Vec<Section>, &'static str> {
-    if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
-        return Err(NOT_ELF);
-    }
-    let table = word(elf, 0x20)? as usize;
-    let entry = usize::from(half(elf, 0x2e)?);
-    let count = usize::from(half(elf, 0x30)?);
-    let section = |index: usize| {
-        let field = |number: usize| word(elf, table.saturating_add(index * entry + 4 * number));
-        Ok(Section {
-            kind: field(1)?,
-            flags: field(2)?,
-            address: field(3)?,
-            offset: field(4)?,
-            size: field(5)?,
-            link: field(6)?,
-        })
-    };
-    (0..count).map(section).collect()
+fn parse(elf: &[u8]) -> Result<ElfFile32<'_, LittleEndian>> {
+    ElfFile32::parse(elf).context("not a 32 bit little-endian ELF file, or one that is cut short")
 }
 
 /// The compiler, as it writes itself into the section `.comment`: lines that end with a zero byte, after one of another section.
@@ -86,22 +42,28 @@ pub(crate) fn compiler(elf: &[u8]) -> Option<&str> {
     std::str::from_utf8(line).ok()
 }
 
-/// Adds the loaded sections up; the error says what is wrong with the file.
-pub(crate) fn footprint(elf: &[u8]) -> Result<Footprint, &'static str> {
+/// Adds the loaded sections up.
+///
+/// # Errors
+/// What is wrong with the file.
+pub(crate) fn footprint(elf: &[u8]) -> Result<Footprint> {
     let mut footprint = Footprint { flash: 0, ram: 0 };
-    for section in sections(elf)?.iter().filter(|section| section.flags & SHF_ALLOC != 0) {
-        if section.address >= RAM_START {
-            footprint.ram = footprint.ram.saturating_add(section.size);
+    for section in parse(elf)?.elf_section_table().iter() {
+        let [flags, address, size] =
+            [section.sh_flags(LittleEndian), section.sh_addr(LittleEndian), section.sh_size(LittleEndian)];
+        if flags & SHF_ALLOC == 0 {
+            continue;
+        }
+        if address >= RAM_START {
+            footprint.ram = footprint.ram.saturating_add(size);
         }
         // A variable with a first value is in both: the first value is stored in flash.
-        if section.kind != SHT_NOBITS {
-            footprint.flash = footprint.flash.saturating_add(section.size);
+        if section.sh_type(LittleEndian) != SHT_NOBITS {
+            footprint.flash = footprint.flash.saturating_add(size);
         }
     }
-    if footprint.flash == 0 {
-        // What a build leaves when the linker script was not applied: it links, and is empty.
-        return Err("the image is empty: no section is loaded");
-    }
+    // What a build leaves when the linker script was not applied: it links, and is empty.
+    ensure!(footprint.flash > 0, "the image is empty: no section is loaded");
     Ok(footprint)
 }
 
@@ -116,115 +78,89 @@ pub(crate) struct Part {
 /// What an image has in flash: the part before the parameter sectors and the part after them, gaps filled with 0xFF.
 ///
 /// No part touches a parameter sector, and the two have no sector in common: writing a part erases its sectors.
-pub(crate) fn flash_parts(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
+pub(crate) fn flash_parts(elf: &[u8]) -> Result<Vec<Part>> {
     let sectors = Sector::ALL.map(Sector::address);
     let parameters = sectors[0]..sectors[2] + SECTOR_BYTES as u32;
     let mut loaded = loaded(elf)?;
     loaded.sort_by_key(|part| part.address);
     let mut parts: Vec<Part> = Vec::new();
     for part in loaded {
-        let end = part.address.checked_add(part.bytes.len() as u32).ok_or("a segment ends beyond the address space")?;
-        if part.address < parameters.end && end > parameters.start {
-            return Err("a segment lies in a parameter sector");
-        }
+        let end = part.address.checked_add(part.bytes.len() as u32);
+        let end = end.context("a segment ends beyond the address space")?;
+        ensure!(part.address >= parameters.end || end <= parameters.start, "a segment lies in a parameter sector");
         match parts.last_mut() {
             // Both before the parameter sectors, or both after them.
             Some(last) if (last.address < parameters.start) == (part.address < parameters.start) => {
                 let offset = (part.address - last.address) as usize;
-                if offset < last.bytes.len() {
-                    return Err("two segments overlap");
-                }
+                ensure!(offset >= last.bytes.len(), "two segments overlap");
                 last.bytes.resize(offset, 0xFF);
                 last.bytes.extend(part.bytes);
             }
             _ => parts.push(part),
         }
     }
-    if parts.is_empty() { Err("the image is empty: no segment is loaded") } else { Ok(parts) }
+    ensure!(!parts.is_empty(), "the image is empty: no segment is loaded");
+    Ok(parts)
 }
 
 /// The segments with content, at the addresses where they are stored (`p_paddr`).
-pub(crate) fn loaded(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
-    let bytes =
-        |segment: Segment| Ok(Part { address: segment.address, bytes: elf.get(segment.file).ok_or(CUT)?.to_vec() });
-    segments(elf)?.into_iter().map(bytes).collect()
+pub(crate) fn loaded(elf: &[u8]) -> Result<Vec<Part>> {
+    let part = |(address, file): (u32, Range<usize>)| Part { address, bytes: elf[file].to_vec() };
+    Ok(segments(elf)?.into_iter().map(part).collect())
 }
 
 /// Where in the file so many bytes are that are stored at this address; `None` if no segment has them all.
-pub(crate) fn place(elf: &[u8], address: u32, bytes: usize) -> Result<Option<Range<usize>>, &'static str> {
-    let in_segment = |segment: Segment| {
-        let start = segment.file.start.checked_add(address.checked_sub(segment.address)? as usize)?;
+pub(crate) fn place(elf: &[u8], address: u32, bytes: usize) -> Result<Option<Range<usize>>> {
+    let in_segment = |(start, file): (u32, Range<usize>)| {
+        let start = file.start.checked_add(address.checked_sub(start)? as usize)?;
         let end = start.checked_add(bytes)?;
-        (end <= segment.file.end).then_some(start..end)
+        (end <= file.end).then_some(start..end)
     };
     Ok(segments(elf)?.into_iter().find_map(in_segment))
 }
 
-/// A segment with content.
-struct Segment {
-    /// Where it is stored on the chip.
-    address: u32,
-    /// Where it is in the file.
-    file: Range<usize>,
-}
-
-fn segments(elf: &[u8]) -> Result<Vec<Segment>, &'static str> {
-    if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
-        return Err(NOT_ELF);
-    }
-    let table = word(elf, 0x1c)? as usize;
-    let entry = usize::from(half(elf, 0x2a)?);
-    let count = usize::from(half(elf, 0x2c)?);
+/// The segments with content: where each is stored on the chip, and where it is in the file.
+fn segments(elf: &[u8]) -> Result<Vec<(u32, Range<usize>)>> {
     let mut segments = Vec::new();
-    for index in 0..count {
-        let field = |number: usize| word(elf, table.saturating_add(index * entry + 4 * number));
-        let (kind, offset, address, size) = (field(0)?, field(1)? as usize, field(3)?, field(4)? as usize);
-        if kind == PT_LOAD && size > 0 {
-            let end = offset.checked_add(size).filter(|&end| end <= elf.len()).ok_or(CUT)?;
-            segments.push(Segment { address, file: offset..end });
+    for header in parse(elf)?.elf_program_headers() {
+        let (start, size) = header.file_range(LittleEndian);
+        if header.p_type(LittleEndian) == PT_LOAD && size > 0 {
+            let (start, end) = (start as usize, (start + size) as usize);
+            ensure!(end <= elf.len(), "the ELF file is cut short");
+            segments.push((header.p_paddr(LittleEndian), start..end));
         }
     }
     Ok(segments)
 }
 
-/// An entry of the symbol table.
-struct Symbol {
-    name: String,
-    value: u32,
-    is_function: bool,
-}
-
-/// The symbol table.
-fn symbols(elf: &[u8]) -> Result<Vec<Symbol>, &'static str> {
-    let sections = sections(elf)?;
-    let table = sections.iter().find(|section| section.kind == SHT_SYMTAB).ok_or("the ELF file has no symbol table")?;
-    let names = sections.get(table.link as usize).ok_or(CUT)?;
-    let count = table.size as usize / SYMBOL_SIZE;
-    let symbol = |index: usize| {
-        let at = table.offset as usize + index * SYMBOL_SIZE;
-        let rest = elf.get((names.offset as usize).saturating_add(word(elf, at)? as usize)..).ok_or(CUT)?;
-        let end = rest.iter().position(|&byte| byte == 0).ok_or(CUT)?;
-        let name = String::from_utf8_lossy(&rest[..end]).into_owned();
-        let is_function = *elf.get(at + SYMBOL_INFO).ok_or(CUT)? & 0xF == STT_FUNC;
-        Ok(Symbol { name, value: word(elf, at + 4)?, is_function })
-    };
-    (0..count).map(symbol).collect()
+/// Names and addresses of the symbols that `wanted` takes.
+fn symbols(elf: &[u8], wanted: fn(&str, SymbolKind) -> bool) -> Result<Vec<(String, u32)>> {
+    let file = parse(elf)?;
+    let table = file.symbol_table().context("the ELF file has no symbol table")?;
+    let mut found = Vec::new();
+    for symbol in table.symbols() {
+        let name = symbol.name().context("a symbol has no name in the ELF file")?;
+        if wanted(name, symbol.kind()) {
+            found.push((name.to_owned(), symbol.address() as u32));
+        }
+    }
+    Ok(found)
 }
 
 /// Names and addresses of the functions.
-pub(crate) fn functions(elf: &[u8]) -> Result<Vec<(String, u32)>, &'static str> {
-    let functions = symbols(elf)?.into_iter().filter(|symbol| symbol.is_function);
+pub(crate) fn functions(elf: &[u8]) -> Result<Vec<(String, u32)>> {
+    let functions = symbols(elf, |_, kind| kind == SymbolKind::Text)?;
     // Bit 0 says that the code is Thumb.
-    Ok(functions.map(|symbol| (symbol.name, symbol.value & !1)).collect())
+    Ok(functions.into_iter().map(|(name, address)| (name, address & !1)).collect())
 }
 
 /// Routines that compute in double precision: the Cortex-M4F does that in software, fifty times slower than in single precision.
-pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>, &'static str> {
-    let mut found: Vec<String> =
-        symbols(elf)?.into_iter().map(|symbol| symbol.name).filter(|name| is_double_precision(name)).collect();
-    found.sort();
-    found.dedup();
-    Ok(found)
+pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>> {
+    let found = symbols(elf, |name, _| is_double_precision(name))?;
+    let mut names: Vec<String> = found.into_iter().map(|(name, _)| name).collect();
+    names.sort();
+    names.dedup();
+    Ok(names)
 }
 
 /// By the names of the run-time ABI for the Arm architecture (`__aeabi_dmul`) and of the compiler's library (`__muldf3`).
@@ -243,13 +179,26 @@ fn is_double_precision(symbol: &str) -> bool {
 pub(crate) mod tests {
     use super::*;
 
-    /// An ELF file of only a header and section headers: (type, flags, address, size) each.
+    /// Bytes of a header, of a section header, of a segment's, and of a symbol.
+    const HEADER: usize = 52;
+    const SECTION: usize = 40;
+    const SEGMENT: usize = 32;
+    const SYMBOL: usize = 16;
+
+    /// An ELF file of only a header.
+    fn header() -> Vec<u8> {
+        let mut file = b"\x7fELF\x01\x01\x01".to_vec();
+        file.resize(HEADER, 0);
+        file
+    }
+
+    /// An ELF file of only a header and section headers: (type, flags, address, size) each. The last section has the names of the others.
     fn elf(sections: &[(u32, u32, u32, u32)]) -> Vec<u8> {
-        let mut file = b"\x7fELF\x01\x01".to_vec();
-        file.resize(52, 0);
+        let mut file = header();
         file[0x20..0x24].copy_from_slice(&52_u32.to_le_bytes());
-        file[0x2e..0x30].copy_from_slice(&40_u16.to_le_bytes());
+        file[0x2e..0x30].copy_from_slice(&(SECTION as u16).to_le_bytes());
         file[0x30..0x32].copy_from_slice(&(sections.len() as u16).to_le_bytes());
+        file[0x32..0x34].copy_from_slice(&(sections.len() as u16 - 1).to_le_bytes());
         for &(kind, flags, address, size) in sections {
             for field in [0, kind, flags, address, 0, size, 0, 0, 0, 0] {
                 file.extend_from_slice(&u32::to_le_bytes(field));
@@ -268,54 +217,56 @@ pub(crate) mod tests {
             (8, 3, 0x2000_0040, 2_000),  // .bss
             (1, 0, 0, 500_000),          // debug information: neither
         ]);
-        assert_eq!(footprint(&file), Ok(Footprint { flash: 0x188 + 10_000 + 64, ram: 2_064 }));
+        assert_eq!(footprint(&file).unwrap(), Footprint { flash: 0x188 + 10_000 + 64, ram: 2_064 });
     }
 
     #[test]
     fn an_image_without_content_is_an_error() {
-        assert!(footprint(&elf(&[(1, 0, 0, 500)])).unwrap_err().contains("empty"));
+        assert!(footprint(&elf(&[(0, 0, 0, 0), (1, 0, 0, 500)])).unwrap_err().to_string().contains("empty"));
     }
 
     #[test]
     fn every_cut_of_a_file_is_handled_without_a_panic() {
-        let file = elf(&[(1, 6, 0x0801_0000, 10_000)]);
+        let file = elf(&[(0, 0, 0, 0), (1, 6, 0x0801_0000, 10_000)]);
         for length in 0..file.len() {
-            // The last fields of a header are not needed.
-            if length < 52 + 24 {
-                assert!(footprint(&file[..length]).is_err(), "{length}");
-            }
+            assert!(footprint(&file[..length]).is_err(), "{length}");
         }
-        assert!(footprint(b"#!/bin/sh\n").unwrap_err().contains("ELF"));
+        assert!(footprint(b"#!/bin/sh\n").unwrap_err().to_string().contains("ELF"));
     }
 
-    /// A file with a symbol table of the given names, at the end.
-    fn with_symbols(names: &[&str]) -> Vec<u8> {
-        let headers = 52 + 2 * 40;
-        let mut file = elf(&[(2, 0, 0, (names.len() * 16) as u32), (3, 0, 0, 0)]);
-        let strings_at = headers + names.len() * 16;
+    /// A file with a symbol table of functions, at the end: (name, value) each.
+    fn with_symbols(symbols: &[(&str, u32)]) -> Vec<u8> {
+        // The first symbol has no name and no value.
+        let size = (symbols.len() + 1) * SYMBOL;
+        let mut file = elf(&[(0, 0, 0, 0), (2, 0, 0, size as u32), (3, 0, 0, 0)]);
+        let table = file.len();
         let mut strings = vec![0_u8];
-        for name in names {
-            file.extend_from_slice(&(strings.len() as u32).to_le_bytes());
-            file.extend_from_slice(&[0; 12]);
+        file.resize(table + SYMBOL, 0);
+        for (name, value) in symbols {
+            for field in [strings.len() as u32, *value, 0, FUNCTION] {
+                file.extend_from_slice(&field.to_le_bytes());
+            }
             strings.extend_from_slice(name.as_bytes());
             strings.push(0);
         }
         file.extend_from_slice(&strings);
-        for (section, field, value) in [(0, 4, headers), (0, 6, 1), (1, 4, strings_at)] {
-            let at = 52 + 40 * section + 4 * field;
+        for (section, field, value) in [(1, 4, table), (1, 6, 2), (2, 4, table + size), (2, 5, strings.len())] {
+            let at = HEADER + SECTION * section + 4 * field;
             file[at..at + 4].copy_from_slice(&(value as u32).to_le_bytes());
         }
         file
     }
 
+    /// The last word of a symbol that is a function.
+    const FUNCTION: u32 = 2;
+
     /// An ELF file of only a header and loaded segments: (address, bytes) each.
     pub(crate) fn with_segments(segments: &[(u32, &[u8])]) -> Vec<u8> {
-        let mut file = b"\x7fELF\x01\x01".to_vec();
-        file.resize(52, 0);
+        let mut file = header();
         file[0x1c..0x20].copy_from_slice(&52_u32.to_le_bytes());
-        file[0x2a..0x2c].copy_from_slice(&32_u16.to_le_bytes());
+        file[0x2a..0x2c].copy_from_slice(&(SEGMENT as u16).to_le_bytes());
         file[0x2c..0x2e].copy_from_slice(&(segments.len() as u16).to_le_bytes());
-        let mut offset = 52 + 32 * segments.len();
+        let mut offset = HEADER + SEGMENT * segments.len();
         for (address, bytes) in segments {
             // Variables with first values run in RAM and are stored in flash.
             for field in [1, offset as u32, 0x2000_0000, *address, bytes.len() as u32, bytes.len() as u32, 6, 4] {
@@ -329,19 +280,13 @@ pub(crate) mod tests {
 
     /// A file with code in flash, and a symbol table of functions: (name, value) each.
     pub(crate) fn with_functions(address: u32, code: &[u8], functions: &[(&str, u32)]) -> Vec<u8> {
-        let names: Vec<&str> = functions.iter().map(|(name, _)| *name).collect();
-        let mut file = with_symbols(&names);
-        let table = 52 + 2 * 40;
-        for (index, (_, value)) in functions.iter().enumerate() {
-            let at = table + SYMBOL_SIZE * index;
-            file[at + 4..at + 8].copy_from_slice(&(address + value).to_le_bytes());
-            file[at + SYMBOL_INFO] = STT_FUNC;
-        }
+        let functions: Vec<(&str, u32)> = functions.iter().map(|(name, value)| (*name, address + value)).collect();
+        let mut file = with_symbols(&functions);
         let (headers, length) = (file.len() as u32, code.len() as u32);
         file[0x1c..0x20].copy_from_slice(&headers.to_le_bytes());
-        file[0x2a..0x2c].copy_from_slice(&32_u16.to_le_bytes());
+        file[0x2a..0x2c].copy_from_slice(&(SEGMENT as u16).to_le_bytes());
         file[0x2c..0x2e].copy_from_slice(&1_u16.to_le_bytes());
-        for field in [PT_LOAD, headers + 32, address, address, length, length, 5, 4] {
+        for field in [PT_LOAD, headers + SEGMENT as u32, address, address, length, length, 5, 4] {
             file.extend_from_slice(&field.to_le_bytes());
         }
         file.extend_from_slice(code);
@@ -363,9 +308,10 @@ pub(crate) mod tests {
             ((0x0800_0006, b"a"), "overlap"),
             ((0xFFFF_FFFF, b"ab"), "address space"),
         ] {
-            assert!(flash_parts(&with_segments(&[vectors, segment])).unwrap_err().contains(words), "{segment:x?}");
+            let wrong = flash_parts(&with_segments(&[vectors, segment])).unwrap_err().to_string();
+            assert!(wrong.contains(words), "{segment:x?}: {wrong}");
         }
-        assert!(flash_parts(&with_segments(&[])).unwrap_err().contains("empty"));
+        assert!(flash_parts(&with_segments(&[])).unwrap_err().to_string().contains("empty"));
         for length in 0..file.len() {
             assert!(flash_parts(&file[..length]).is_err(), "{length}");
         }
@@ -373,22 +319,26 @@ pub(crate) mod tests {
 
     #[test]
     fn double_precision_is_found_by_its_routines() {
-        let file =
-            with_symbols(&["main", "__aeabi_dmul", "__muldf3", "__aeabi_dcmpgt", "__aeabi_fcmpgt", "__aeabi_uldivmod"]);
+        let of = |names: &[&str]| with_symbols(&names.iter().map(|name| (*name, 0)).collect::<Vec<_>>());
+        let file = of(&["main", "__aeabi_dmul", "__muldf3", "__aeabi_dcmpgt", "__aeabi_fcmpgt", "__aeabi_uldivmod"]);
         assert_eq!(double_precision(&file).unwrap(), ["__aeabi_dcmpgt", "__aeabi_dmul", "__muldf3"]);
-        assert_eq!(double_precision(&with_symbols(&["step", "__divsf3"])).unwrap(), Vec::<String>::new());
+        assert_eq!(double_precision(&of(&["step", "__divsf3"])).unwrap(), Vec::<String>::new());
+        assert!(
+            double_precision(&elf(&[(0, 0, 0, 0), (3, 0, 0, 0)])).unwrap_err().to_string().contains("no symbol table")
+        );
     }
 
     #[test]
     fn functions_have_even_addresses_and_data_is_none() {
         let mut file = with_functions(0x0800_0000, &[], &[("data", 0x10), ("step", 0x101)]);
-        file[52 + 2 * 40 + SYMBOL_INFO] = 1;
+        // The type of the symbol `data`.
+        file[HEADER + 3 * SECTION + SYMBOL + 12] = 1;
         assert_eq!(functions(&file).unwrap(), [("step".to_owned(), 0x0800_0100)]);
     }
 
     #[test]
     fn a_cut_symbol_table_is_refused() {
-        let file = with_symbols(&["__aeabi_dmul"]);
+        let file = with_symbols(&[("__aeabi_dmul", 0)]);
         for length in 0..file.len() {
             assert!(double_precision(&file[..length]).is_err(), "{length}");
         }

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 
 use crate::board::Variant;
 use crate::bootsel;
@@ -107,11 +107,11 @@ pub(crate) fn build(workspace: &Workspace, variant: Variant) -> Result<PathBuf> 
         progress::build(vec![Build { label: "firmware for the Pico", cargo, executables: &["firmware-rp2040"] }])?;
     let built = built.into_iter().flatten().next().context("the build made no program")?;
     let elf = read(&built)?;
-    let wrong = |wrong: &'static str| anyhow!("{}: {wrong}", built.display());
+    let place = || format!("in {}", built.display());
     // Half of a tick would be gone with a few of them.
-    let double = image::double_precision(&elf).map_err(wrong)?;
+    let double = image::double_precision(&elf).with_context(place)?;
     ensure!(double.is_empty(), "{} computes in double precision: {double:?}", built.display());
-    let footprint = image::footprint(&elf).map_err(wrong)?;
+    let footprint = image::footprint(&elf).with_context(place)?;
     let images = workspace.target_dir.join("images");
     std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
     let copy = images.join(&name).with_extension("elf");
@@ -131,7 +131,7 @@ pub(crate) fn with_default_robot(workspace: &Workspace, elf: &Path) -> Result<Pa
 
 /// What the program has in flash.
 fn program(elf: &Path) -> Result<Vec<Part>> {
-    image::loaded(&read(elf)?).map_err(|wrong| anyhow!("{}: {wrong}", elf.display()))
+    image::loaded(&read(elf)?).with_context(|| format!("in {}", elf.display()))
 }
 
 /// The sectors of the records. A sector without an option is erased, so that nothing of an earlier person stays on a board, unless it is asked for.

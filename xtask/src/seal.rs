@@ -1,5 +1,6 @@
 //! Writes the seal into an image after the link: the check sum by which the board proves its program (`firmware/src/seal.rs`).
 
+use anyhow::{Context, Result, bail, ensure};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use crate::image::{self, Part};
@@ -17,15 +18,14 @@ const NO_PLACE: &str = "the image has no place for its seal (firmware/seal.x): b
 ///
 /// # Errors
 /// What is wrong with the file.
-pub(crate) fn seal(elf: &mut [u8]) -> Result<(), &'static str> {
-    let place = image::place(elf, SEAL, ERASED.len())?.ok_or(NO_PLACE)?;
-    let words = elf.get_mut(place.clone()).ok_or(NO_PLACE)?;
-    if words != ERASED && !words.starts_with(&MARK) {
-        return Err("there is something else at the place of the image's seal");
-    }
+pub(crate) fn seal(elf: &mut [u8]) -> Result<()> {
+    let place = image::place(elf, SEAL, ERASED.len())?.context(NO_PLACE)?;
+    let words = &mut elf[place.clone()];
+    let is_free = words == ERASED || words.starts_with(&MARK);
+    ensure!(is_free, "there is something else at the place of the image's seal");
     words.copy_from_slice(&ERASED);
     let parts = image::flash_parts(elf)?;
-    let [first, text] = parts.as_slice() else { return Err("the image has no part after the parameter sectors") };
+    let [first, text] = parts.as_slice() else { bail!("the image has no part after the parameter sectors") };
     let end = text.address + text.bytes.len() as u32;
     let head = [MARK, end.to_le_bytes()].concat();
     let sum = sum(first, &head, text)?;
@@ -36,11 +36,12 @@ pub(crate) fn seal(elf: &mut [u8]) -> Result<(), &'static str> {
 }
 
 /// The check sum of the flash from its beginning, with `head` as the first words of the seal, and of the text.
-fn sum(first: &Part, head: &[u8], text: &Part) -> Result<u32, &'static str> {
+fn sum(first: &Part, head: &[u8], text: &Part) -> Result<u32> {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
     let before = SEAL.checked_sub(first.address).and_then(|bytes| first.bytes.get(..bytes as usize));
-    digest.update(before.filter(|_| first.address == 0x0800_0000).ok_or("the image does not begin with the flash")?);
+    let before = before.filter(|_| first.address == 0x0800_0000);
+    digest.update(before.context("the image does not begin with the flash")?);
     digest.update(head);
     digest.update(&text.bytes);
     Ok(digest.finalize())
@@ -85,7 +86,7 @@ mod tests {
             (vec![VECTORS, PLACE], "no part after"),
             (vec![(0x0800_0010, &b"vectors"[..]), PLACE, text], "does not begin"),
         ] {
-            let error = seal(&mut with_segments(&segments)).unwrap_err();
+            let error = seal(&mut with_segments(&segments)).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
         let whole = with_segments(&[VECTORS, PLACE, text]);

@@ -9,6 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
+use crate::emulated;
 use crate::shell::{self, Finished};
 
 /// Parts of the exception model that the virtual board leaves out for `--break`: each is a known defect of its emulator that the board
@@ -26,12 +27,10 @@ pub(crate) struct SelfTest<'a> {
 }
 
 impl SelfTest<'_> {
-    /// On QEMU's STM32F405, whose core and interrupt controller are complete (its peripherals are not).
+    /// On QEMU.
     pub(crate) fn on_qemu(&self) -> Result<String> {
-        let mut qemu = shell::command("qemu-system-arm");
-        qemu.args(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"]);
-        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(self.elf);
-        let finished = shell::with_deadline(&mut qemu, DEADLINE, &self.log)?;
+        let mut qemu = emulated::qemu("");
+        let finished = shell::with_deadline(qemu.arg("-kernel").arg(self.elf), DEADLINE, &self.log)?;
         if !finished.success() {
             bail!("the self-test fails on QEMU ({}: the number of the check)\n{}", finished.how(), finished.tail(20));
         }

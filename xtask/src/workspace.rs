@@ -195,9 +195,9 @@ impl Workspace {
         std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
         let copy = images.join(format!("firmware-{}.elf", features.replace(',', "-")));
         let elf = sealed(built, &copy)?;
-        let wrong = |wrong: &'static str| anyhow::anyhow!("{}: {wrong}", built.display());
-        let footprint = image::footprint(&elf).map_err(wrong)?;
-        let double_precision = image::double_precision(&elf).map_err(wrong)?;
+        let place = || format!("in {}", built.display());
+        let footprint = image::footprint(&elf).with_context(place)?;
+        let double_precision = image::double_precision(&elf).with_context(place)?;
         Ok(Image { elf: copy, footprint, double_precision })
     }
 
@@ -283,9 +283,7 @@ impl Workspace {
 fn sealed(built: &Path, copy: &Path) -> Result<Vec<u8>> {
     let mut elf = std::fs::read(built).with_context(|| format!("reading {}", built.display()))?;
     // An image without content has no place for a seal either, and the other message says why.
-    image::footprint(&elf)
-        .and_then(|_| seal::seal(&mut elf))
-        .map_err(|wrong| anyhow::anyhow!("{}: {wrong}", built.display()))?;
+    image::footprint(&elf).and_then(|_| seal::seal(&mut elf)).with_context(|| format!("in {}", built.display()))?;
     std::fs::write(copy, &elf).with_context(|| format!("writing {}", copy.display()))?;
     Ok(elf)
 }

@@ -76,9 +76,10 @@ fn run(cli: Cli) -> Result<()> {
     }
     let image = &program.image;
     let cycles = replay.counted_cycles();
-    let calls: BTreeMap<String, Vec<u64>> = replay.calls().map(|(name, calls)| (name.to_owned(), calls)).collect();
+    let calls: Option<BTreeMap<String, Vec<u64>>> =
+        cli.calls.then(|| replay.calls().map(|(name, calls)| (name.to_owned(), calls)).collect());
     let mut result = json!({ "compiler": image.compiler, "cycles": cycles, "rows": replay.finish()? });
-    if cli.calls {
+    if let Some(calls) = calls {
         result["calls"] = json!(calls);
     }
     if cli.image {

@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
 /// The commit, with `-dirty` behind it if files were changed; `None` outside of a repository.
@@ -32,4 +33,33 @@ pub(crate) fn describe() -> Value {
         "system": std::env::consts::OS,
         "commit": commit(),
     })
+}
+
+/// An error if parts that were measured before are of another machine: beside each other their numbers say nothing.
+pub(crate) fn must_be_same(before: &Value, now: &Value) -> Result<()> {
+    for key in ["processor", "family", "model", "cores", "lanes", "system"] {
+        ensure!(
+            before[key] == now[key],
+            "docs/host.json is of another machine ({key} {}, here {}): measure all parts, without --only",
+            before[key],
+            now[key]
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_another_machine_are_refused() {
+        let here = describe();
+        let mut later = here.clone();
+        (later["commit"], later["load"]) = (json!("another"), json!(7.5));
+        assert!(must_be_same(&here, &later).is_ok());
+        later["cores"] = json!(1000);
+        let why = must_be_same(&here, &later).unwrap_err().to_string();
+        assert!(why.contains("cores") && why.contains("1000") && why.contains("--only"), "{why}");
+    }
 }

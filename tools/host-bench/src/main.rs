@@ -40,7 +40,7 @@ struct Options {
     /// The folder for recordings and results
     #[arg(long, value_name = "FOLDER", default_value = "target/bench/host")]
     folder: PathBuf,
-    /// Only these parts; the others are those of docs/host.json
+    /// Only these parts; the others are those of docs/host.json, which must be of this machine
     #[arg(long, value_name = "PART")]
     only: Vec<Part>,
     /// One JSON object instead of the page
@@ -107,7 +107,16 @@ fn measure(options: &Options, extent: Extent, result: &mut Value) -> Result<()> 
     let folder: &Path = &options.folder;
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     let is_asked = |part: Part| options.only.is_empty() || options.only.contains(&part);
-    result["machine"] = machine::describe();
+    let machine = machine::describe();
+    if options.only.is_empty() {
+        result["machine"] = machine;
+    } else {
+        machine::must_be_same(&result["machine"], &machine)?;
+        for part in &options.only {
+            let name = part.to_possible_value().context("a part without a name")?;
+            result["again"][name.get_name()] = machine.clone();
+        }
+    }
     if is_asked(Part::Search) {
         eprintln!("bench: the search");
         result["search"] = search::measure(extent);
@@ -147,8 +156,10 @@ mod tests {
             })
             .unwrap();
         result["peers"] = json!([]);
+        result["again"]["search"] = machine::describe();
         let page = page::page(&result).unwrap();
         for row in [
+            "The part `search` was measured alone",
             "not measured: left out",
             "kernel",
             "search, 1 ms",

@@ -31,6 +31,14 @@ pub(crate) fn page(result: &Value) -> Result<String> {
         machine["lanes"],
         machine["load"],
     );
+    for (part, machine) in result["again"].as_object().into_iter().flatten() {
+        let commit = word(&machine["commit"]);
+        let _ = writeln!(
+            text,
+            "The part `{part}` was measured alone, at commit `{commit}`, with a load of {} processes.",
+            machine["load"]
+        );
+    }
     text += &aims(result)?;
     if result["search"].is_object() {
         text += &search(result)?;

@@ -33,40 +33,37 @@ const PEERS: [Peer; 2] = [
 
 /// Seconds of an evaluation in each, and its ratio to one of the search here just before, medians of the runs; or why it is missing.
 pub(crate) fn measure(extent: Extent) -> Value {
+    let of = |peer: &Peer| {
+        let is_slow = peer.program == "octave-cli";
+        let rows = if is_slow && extent.runs == 1 {
+            Err("left out of a quick run, because it takes ten seconds".to_owned())
+        } else {
+            in_turns(peer, extent.runs)
+        };
+        rows.unwrap_or_else(|why| vec![json!({ "name": peer.name, "missing": why })])
+    };
+    Value::Array(PEERS.iter().flat_map(of).collect())
+}
+
+/// The rows of a program; one that fails in a run has none.
+fn in_turns(peer: &Peer, runs: usize) -> Result<Vec<Value>, String> {
     let mut found: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
-    let mut missing = Vec::new();
-    for peer in PEERS {
-        if peer.program == "octave-cli" && extent.runs == 1 {
-            missing
-                .push(json!({ "name": peer.name, "missing": "left out of a quick run, because it takes ten seconds" }));
-            continue;
-        }
-        for _ in 0..extent.runs {
-            let own_s = [1, 5].map(search::individual_s);
-            match run(&peer) {
-                Ok(times) => {
-                    for (name, seconds) in times {
-                        let name = format!("{}, {name}", peer.name);
-                        // Where a program chooses its steps, ours are of 1 ms.
-                        let pair = [seconds, seconds / own_s[usize::from(name.ends_with(" 5 ms"))]];
-                        match found.iter_mut().find(|(known, _)| *known == name) {
-                            Some((_, all)) => all.push(pair),
-                            None => found.push((name, vec![pair])),
-                        }
-                    }
-                }
-                Err(why) => {
-                    missing.push(json!({ "name": peer.name, "missing": why }));
-                    break;
-                }
+    for _ in 0..runs {
+        let own_s = [1, 5].map(search::individual_s);
+        for (name, seconds) in run(peer)? {
+            // Where a program chooses its steps, ours are of 1 ms.
+            let pair = [seconds, seconds / own_s[usize::from(name.ends_with(" 5 ms"))]];
+            match found.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, all)) => all.push(pair),
+                None => found.push((name, vec![pair])),
             }
         }
     }
-    let times = found.into_iter().map(|(name, all)| {
+    let row = |(name, all): (String, Vec<[f64; 2]>)| {
         let [seconds, ratio] = [0, 1].map(|i| rounded(median(all.iter().map(|pair| pair[i]))));
-        json!({ "name": name, "seconds": seconds, "ratio": ratio })
-    });
-    Value::Array(times.chain(missing).collect())
+        json!({ "name": format!("{}, {name}", peer.name), "seconds": seconds, "ratio": ratio })
+    };
+    Ok(found.into_iter().map(row).collect())
 }
 
 fn run(peer: &Peer) -> Result<Vec<(String, f64)>, String> {

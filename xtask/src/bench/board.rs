@@ -14,6 +14,7 @@ use super::compared::{self, Counts};
 use super::counted::row;
 use super::{beside_c, page, pico, qemu};
 use crate::board::{Board, Variant};
+use crate::emulated::QEMU;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::{C_COMPILER, Workspace};
@@ -159,25 +160,27 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
         "no node on the path, so the page would lose the Pico; Debian has it in nodejs and npm. Without --write the other numbers are printed"
     );
     ensure!(
-        !options.write || options.only_c || shell::on_path(qemu::QEMU).is_some(),
+        !options.write || options.only_c || shell::on_path(QEMU).is_some(),
         "no {} on the path, so the page would lose its counts; Debian has it in a package of this name. Without --write the other numbers are printed",
-        qemu::QEMU
+        QEMU
     );
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let programs = Programs {
-        elf: workspace.firmware(Board::F4Discovery, Variant::USUAL)?.elf,
-        virtual_board: workspace.virtual_board()?,
-        footfall: workspace.footfall()?,
-        board_cost: workspace.board_cost()?,
-        folder: workspace.target_dir.join("bench"),
-    };
-    std::fs::create_dir_all(&programs.folder).with_context(|| format!("making {}", programs.folder.display()))?;
+    let (virtual_board, board_cost) = (workspace.virtual_board()?, workspace.board_cost()?);
+    let folder = workspace.target_dir.join("bench");
+    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let (mut result, mut counts) = if only_a_part {
         let before = compared::baseline()?;
         let counts = Counts::of(&before)?;
         (before, counts)
     } else {
+        let programs = Programs {
+            elf: workspace.firmware(Board::F4Discovery, Variant::USUAL)?.elf,
+            virtual_board: virtual_board.clone(),
+            footfall: workspace.footfall()?,
+            board_cost: board_cost.clone(),
+            folder: folder.clone(),
+        };
         let mut counts = Counts::default();
         let mut measured = measure(&programs, options.secs, &mut counts)?;
         let other = other_board(&workspace, &programs, options.secs, &mut counts)?;
@@ -186,12 +189,11 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     };
     let reason = options.reason.clone().map(Value::from);
     result["reason"] = reason.or_else(|| Some(compared::baseline().ok()?["reason"].clone())).unwrap_or(Value::Null);
-    let Programs { virtual_board, board_cost, folder, .. } = &programs;
     if !options.only_qemu {
-        result["beside_c"] = beside_c::measure(virtual_board, board_cost, &workspace.beside_c()?, folder)?;
+        result["beside_c"] = beside_c::measure(&virtual_board, &board_cost, &workspace.beside_c()?, &folder)?;
     }
     if !options.only_c {
-        result["qemu"] = qemu::measure(&workspace, virtual_board, board_cost, folder)?;
+        result["qemu"] = qemu::measure(&workspace, &virtual_board, &board_cost, &folder)?;
     }
     for by in [&result["beside_c"]["rust_compiler"], &result["qemu"]["compiler"]] {
         let others = &result["compiler"];

@@ -33,9 +33,10 @@ pub(super) fn functions(
     let mut count = shell::command(board_cost);
     count.arg("--elf").arg(elf).arg("--trace").arg(&trace).args(["--flash-acr", FLASH_ACR]).args(more);
     count.arg("--function").args(names);
-    let counted = serde_json::from_str(&shell::stdout_of(&mut count)?).context("reading the output of board-cost")?;
+    let counted = shell::stdout_of(&mut count);
+    // It has a hundred megabytes.
     std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
-    Ok((lines, counted))
+    Ok((lines, serde_json::from_str(&counted?).context("reading the output of board-cost")?))
 }
 
 /// The row of a part.

@@ -33,7 +33,7 @@ pub(super) fn measure(workspace: &mut Workspace) -> Result<Value> {
     let (elf, text) = profile(workspace)?;
     let [ticks, mean, longest, in_flash] = head(&text)?;
     let bytes = std::fs::read(&elf).with_context(|| format!("reading {}", elf.display()))?;
-    let size = image::footprint(&bytes).map_err(|wrong| anyhow::anyhow!("{}: {wrong}", elf.display()))?;
+    let size = image::footprint(&bytes).with_context(|| format!("in {}", elf.display()))?;
     Ok(json!({
         "name": NAME,
         "hclk_hz": CORE_HZ,

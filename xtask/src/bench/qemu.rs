@@ -2,7 +2,7 @@
 
 use std::io::{BufRead as _, BufReader, Read};
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
@@ -11,12 +11,11 @@ use serde_json::{Value, json};
 
 use super::qemu_log::Counter;
 use super::{beside_c, counted};
+use crate::emulated::{self, QEMU};
 use crate::image;
 use crate::shell;
 use crate::workspace::{C_COMPILER, Workspace};
 
-/// The program.
-pub(super) const QEMU: &str = "qemu-system-arm";
 /// The functions that are counted begin so: whole ticks of the control loop, a step of a generator, a step with angles.
 const COUNTED: [&str; 3] = ["loop_", "step_", "tick_"];
 /// QEMU takes half a minute; a program that does not end writes for ever.
@@ -39,7 +38,7 @@ pub(super) fn measure(workspace: &Workspace, virtual_board: &Path, board_cost: &
     let with_c = shell::on_path(C_COMPILER).is_some();
     let (_, on_board) = counted::functions(virtual_board, board_cost, &program, folder, &names, &["--calls"])?;
     let version = version(&shell::stdout_of(shell::command(QEMU).arg("--version"))?)?;
-    let (on_qemu, instructions) = run(&program, Counter::new(&elf, &names)?, version)?;
+    let (on_qemu, instructions) = run(&program, Counter::new(elf, &names)?, version)?;
     let mut differences = Vec::new();
     let mut rows = Vec::new();
     for (name, calls) in names.iter().zip(&on_qemu) {
@@ -114,7 +113,7 @@ pub(super) fn totals(measured: &Value) -> Result<(usize, u64, u64)> {
 
 /// The functions that are counted. The compiler gives some that have the same code one address: they are one function, by the first of the names.
 fn functions(elf: &[u8]) -> Result<Vec<String>> {
-    let mut all = image::functions(elf).map_err(anyhow::Error::msg)?;
+    let mut all = image::functions(elf)?;
     all.sort();
     let beside_c = if shell::on_path(C_COMPILER).is_some() { beside_c::functions() } else { Vec::new() };
     let (mut names, mut addresses) = (Vec::new(), Vec::new());
@@ -156,7 +155,9 @@ fn difference(name: &str, qemu: &[u64], board: &[u64]) -> Option<String> {
 /// Major and minor number in what QEMU says of its version.
 fn version(text: &str) -> Result<[u32; 2]> {
     let words = text.split_whitespace().skip_while(|word| *word != "version").nth(1);
-    let mut numbers = words.unwrap_or_default().split('.').map_while(|number| number.parse().ok());
+    // A candidate has words behind its numbers: 10.0-rc1.
+    let numbers = words.unwrap_or_default().split('.').map(|number| number.split('-').next().unwrap_or_default());
+    let mut numbers = numbers.map_while(|number| number.parse().ok());
     let both = numbers.next().zip(numbers.next());
     let (major, minor) = both.with_context(|| format!("{QEMU} names no version: `{}`", text.trim()))?;
     Ok([major, minor])
@@ -167,13 +168,17 @@ const fn one_instruction_a_block([major, minor]: [u32; 2]) -> &'static [&'static
     if major > 8 || major == 8 && minor > 0 { &["-accel", "tcg,one-insn-per-tb=on"] } else { &["-singlestep"] }
 }
 
-/// Runs the program on QEMU's STM32F405 and counts while it runs: the log would be a file of a gigabyte.
-fn run(program: &Path, counter: Counter<'_>, version: [u32; 2]) -> Result<(Vec<Vec<u64>>, u64)> {
-    let mut qemu = shell::command(QEMU);
-    qemu.args(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"]);
+/// Runs the program on QEMU.
+fn run(program: &Path, counter: Counter, version: [u32; 2]) -> Result<(Vec<Vec<u64>>, u64)> {
     // What the program prints would go between the lines of the log.
-    qemu.args(["-chardev", "null,id=printed", "-semihosting-config", "enable=on,target=native,chardev=printed"]);
-    qemu.args(one_instruction_a_block(version)).args(["-d", "exec,nochain", "-kernel"]).arg(program);
+    let mut qemu = emulated::qemu(",chardev=printed");
+    qemu.args(["-chardev", "null,id=printed"]).args(one_instruction_a_block(version));
+    qemu.args(["-d", "exec,nochain", "-kernel"]).arg(program);
+    counted(&mut qemu, counter, DEADLINE)
+}
+
+/// Runs QEMU and counts while it writes its log: as a file, that would have a gigabyte.
+fn counted(qemu: &mut Command, counter: Counter, deadline: Duration) -> Result<(Vec<Vec<u64>>, u64)> {
     let mut child = qemu
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -181,24 +186,22 @@ fn run(program: &Path, counter: Counter<'_>, version: [u32; 2]) -> Result<(Vec<V
         .spawn()
         .with_context(|| format!("starting {QEMU}"))?;
     let log = child.stderr.take().context("no standard error to read")?;
-    std::thread::scope(|scope| {
-        let (sender, receiver) = channel();
-        // Nobody waits for it after the deadline.
-        scope.spawn(move || drop(sender.send(count(log, counter))));
-        let counted = receiver.recv_timeout(DEADLINE);
-        // It has closed its log, or it is to end.
-        if !matches!(counted, Ok(Ok(_))) {
-            let _ = child.kill();
-        }
-        let status = child.wait().with_context(|| format!("waiting for {QEMU}"))?;
-        let (counter, messages) = counted.with_context(|| format!("{QEMU} still runs at its deadline"))??;
-        ensure!(status.success(), "the program fails on QEMU ({status})\n{}", messages.join("\n"));
-        counter.finish()
-    })
+    let (sender, receiver) = channel();
+    // Nobody waits for it after the deadline: where QEMU is started by another program, the log stays open when that one is killed.
+    std::thread::spawn(move || drop(sender.send(count(log, counter))));
+    let counted = receiver.recv_timeout(deadline);
+    // It has closed its log, or it is to end.
+    if !matches!(counted, Ok(Ok(_))) {
+        let _ = child.kill();
+    }
+    let status = child.wait().with_context(|| format!("waiting for {QEMU}"))?;
+    let (counter, messages) = counted.with_context(|| format!("{QEMU} still runs at its deadline"))??;
+    ensure!(status.success(), "the program fails on QEMU ({status})\n{}", messages.join("\n"));
+    counter.finish()
 }
 
 /// Counts a log to its end; the last messages are beside it.
-fn count(log: impl Read, mut counter: Counter<'_>) -> Result<(Counter<'_>, Vec<String>)> {
+fn count(log: impl Read, mut counter: Counter) -> Result<(Counter, Vec<String>)> {
     let mut log = BufReader::with_capacity(1 << 20, log);
     let (mut line, mut messages) = (Vec::new(), Vec::new());
     while log.read_until(b'\n', &mut line).context("reading QEMU's log")? > 0 {
@@ -233,6 +236,7 @@ mod tests {
         assert_eq!(of("QEMU emulator version 8.0.4"), "-singlestep");
         assert_eq!(of("QEMU emulator version 8.1.0"), "-accel");
         assert_eq!(of("QEMU emulator version 10.0.2"), "-accel");
+        assert_eq!(of("QEMU emulator version 8.1-rc2"), "-accel");
         assert!(version("another program").is_err());
     }
 
@@ -255,6 +259,25 @@ mod tests {
             let why = same_calls(&now, &all).unwrap_err().to_string();
             assert!(why.contains(named), "{why}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_deadline_holds_also_where_another_program_starts_qemu() {
+        let counter = || Counter::new(image::tests::with_functions(0, &[], &[]), &[]).unwrap();
+        let counted = |script: &str| {
+            let begun = std::time::Instant::now();
+            let result = counted(shell::command("sh").args(["-c", script]), counter(), Duration::from_millis(300));
+            assert!(begun.elapsed() < Duration::from_secs(20), "{script}");
+            result
+        };
+        for hangs in ["exec sleep 40", "sleep 40; true"] {
+            let why = counted(hangs).unwrap_err().to_string();
+            assert!(why.contains("still runs at its deadline"), "{why}");
+        }
+        let why = counted("echo a message >&2; exit 3").unwrap_err().to_string();
+        assert!(why.contains("exit status: 3") && why.ends_with("a message"), "{why}");
+        assert_eq!(counted("true").unwrap(), (vec![], 0));
     }
 
     #[test]

@@ -24,9 +24,9 @@ struct Open {
 }
 
 /// Counts the calls of some functions.
-pub(super) struct Counter<'a> {
-    elf: &'a [u8],
-    names: &'a [String],
+pub(super) struct Counter {
+    elf: Vec<u8>,
+    names: Vec<String>,
     functions: HashMap<u32, usize>,
     /// The instruction of the last line, which the next line may take back.
     begun: Option<u32>,
@@ -37,10 +37,10 @@ pub(super) struct Counter<'a> {
     calls: Vec<Vec<u64>>,
 }
 
-impl<'a> Counter<'a> {
+impl Counter {
     /// Looks the functions up.
-    pub(super) fn new(elf: &'a [u8], names: &'a [String]) -> Result<Self> {
-        let all = image::functions(elf).map_err(anyhow::Error::msg)?;
+    pub(super) fn new(elf: Vec<u8>, names: &[String]) -> Result<Self> {
+        let all = image::functions(&elf)?;
         let mut functions = HashMap::new();
         for (place, name) in names.iter().enumerate() {
             let found = all.iter().find(|(symbol, _)| symbol == name);
@@ -49,6 +49,7 @@ impl<'a> Counter<'a> {
             ensure!(other.is_none(), "`{name}` has the code of another function, so its calls are not its own");
         }
         let calls = names.iter().map(|_| Vec::new()).collect();
+        let names = names.to_vec();
         Ok(Self { elf, names, functions, begun: None, before: None, instructions: 0, open: Vec::new(), calls })
     }
 
@@ -87,7 +88,7 @@ impl<'a> Counter<'a> {
             self.calls[open.function].push(self.instructions - open.before);
         }
         if let Some(&function) = self.functions.get(&address)
-            && let Some(return_to) = self.before.map(|before| after_call(self.elf, before)).transpose()?.flatten()
+            && let Some(return_to) = self.before.map(|before| after_call(&self.elf, before)).transpose()?.flatten()
         {
             self.open.push(Open { function, return_to, before: self.instructions });
         }
@@ -108,7 +109,7 @@ fn field(line: &[u8], number: usize) -> Option<u32> {
 /// The address after the call instruction at an address; `None` if there is another instruction (ARMv7-M ARM, A7.7.18: BL, and A7.7.19: BLX).
 fn after_call(elf: &[u8], address: u32) -> Result<Option<u32>> {
     let half = |address: u32| -> Result<u16> {
-        let place = image::place(elf, address, 2).map_err(anyhow::Error::msg)?;
+        let place = image::place(elf, address, 2)?;
         let place = place.with_context(|| format!("QEMU runs {address:#010x}, where the program has no code"))?;
         Ok(u16::from_le_bytes([elf[place.start], elf[place.start + 1]]))
     };
@@ -149,7 +150,7 @@ mod tests {
 
     fn count(lines: &[String]) -> Result<(Vec<Vec<u64>>, u64)> {
         let (elf, names) = (program(), ["outer".to_owned(), "inner".to_owned()]);
-        let mut counter = Counter::new(&elf, &names)?;
+        let mut counter = Counter::new(elf, &names)?;
         for line in lines {
             counter.line(line.as_bytes())?;
         }
@@ -208,12 +209,12 @@ mod tests {
         let (elf, names) = (program(), []);
         let whole = trace(0);
         for length in 1..whole.len() {
-            let mut counter = Counter::new(&elf, &names).unwrap();
+            let mut counter = Counter::new(elf.clone(), &names).unwrap();
             assert!(counter.line(&whole.as_bytes()[..length]).is_err(), "{length}");
         }
-        let mut counter = Counter::new(&elf, &names).unwrap();
+        let mut counter = Counter::new(elf.clone(), &names).unwrap();
         assert!(counter.line(b"Trace 0: 0x7f24 [00800400/0800\n").is_err());
         assert!(!counter.line(b"qemu-system-arm: a warning\n").unwrap());
-        assert!(Counter::new(&elf, &["other".to_owned()]).is_err());
+        assert!(Counter::new(elf, &["other".to_owned()]).is_err());
     }
 }

@@ -97,6 +97,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask flash --board pico",
             "cargo xtask flash --board pico --robot robot.toml --sensor left_knee=knee.toml --generator generator.toml",
             "cargo xtask flash --board pico --shadow",
+            "cargo xtask flash --board pico --no-sensor --generator samples/generator.toml --robot robot.toml --shadow",
+            "cargo xtask flash --board pico --no-sensor --generator samples/generator.toml --robot robot.toml",
             "cargo xtask flash --board pico --drive /media/me/RPI-RP2",
             "cargo xtask flash --generator generator.toml",
             "cargo xtask flash --robot robot.toml",
