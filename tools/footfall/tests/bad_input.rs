@@ -194,7 +194,7 @@ fn commands_refuse_bad_files_before_they_write() {
         std::fs::write(path(name), text).unwrap();
         path(name)
     };
-    let trace = write("bad.csv", "time_s,left_knee_deg\n0,1\n0.01,nan\n");
+    let trace = write("bad.csv", "time_s,left_knee_deg\n0,1\n0.01,inf\n");
     let hips = write("hips.csv", "time_s,left_hip_deg,right_hip_deg\n0,1,2\n0.01,2,3\n");
     let far = write("far.csv", "time_s,knee_deg\n0,1\n0.01,150\n");
     let calibration = write("bad.toml", "schema = 1\ndivider = 1\n");
@@ -203,7 +203,7 @@ fn commands_refuse_bad_files_before_they_write() {
     let before: Vec<PathBuf> = sorted(folder.path());
 
     for (option, file, words) in [
-        ("--trace", &trace, "bad.csv:3: column 2 `left_knee_deg`: `nan` is not finite"),
+        ("--trace", &trace, "bad.csv:3: column 2 `left_knee_deg`: `inf` is not finite"),
         ("--trace", &hips, "no channel `left_knee`; the recording has `left_hip`, `right_hip`"),
         ("--trace", &far, "`knee` is 150 degrees at 0.01 s, above the calibration table; allowed is -51.92 to"),
         ("--calibration", &calibration, "bad.toml:1: field `interpolation`: is missing"),

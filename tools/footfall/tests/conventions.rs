@@ -50,5 +50,5 @@ fn the_left_hip_is_most_flexed_at_phase_0() {
         walk.step();
     }
     assert!(most.1.cycles_after(Phase::ZERO).abs() < 0.005, "{most:?}");
-    has("0 %, phase 0, is where the left hip is most flexed");
+    has("Phase 0 is where the left hip is most flexed");
 }

@@ -277,3 +277,16 @@ fn a_parameter_chain_that_runs_in_circles_ends() {
         }
     }
 }
+
+/// The rate of the parameters is taken, and the header's is said where it is another.
+#[test]
+fn a_rate_of_the_header_that_is_another_is_said() {
+    let good = c3d_of_angles(Format::Intel, None).bytes();
+    let notes = |bytes: &[u8]| open::of_bytes("a.c3d", bytes, &ReadOptions::default()).expect("a recording").notes;
+    assert!(!notes(&good).iter().any(|note| note.contains("POINT:RATE")));
+    for (rate, said) in [(75.0_f32, "75 Hz"), (0.0, "0 Hz")] {
+        let notes = notes(&patched(&good, &[(20, &rate.to_le_bytes())]));
+        let note = format!("The header gives {said}, POINT:RATE gives 150 Hz; the latter is used.");
+        assert!(notes.contains(&note), "{notes:?}");
+    }
+}

@@ -130,6 +130,80 @@ fn standing_starting_and_stopping_are_left_out_and_listed() {
     assert!(out.sd_deg().iter().all(|sd| *sd < 1.0), "{:?}", out.sd_deg());
 }
 
+/// A hole anywhere leaves the lengths of the strides beside it: what is in the hole says nothing of a cut at its edge.
+#[test]
+fn a_hole_does_not_make_strides_uneven() {
+    let lengths = [1.01, 0.99, 1.0, 1.015, 0.985, 1.005, 0.995, 1.01, 0.99, 1.0, 0.99].map(|length| 1.1 * length);
+    let walked = || raw(times(12.0, 100.0), |joint, t| angle(joint, phase_of(&lengths, t)));
+    let whole_s = of(&walked()).period_sd_s();
+    for rows in [30, 60, 100, 150] {
+        for first in (0..1200 - rows).step_by(7) {
+            let mut holed = walked();
+            for joint in Joint::ALL {
+                column(&mut holed, joint)[first..first + rows].fill(f64::NAN);
+            }
+            let out = of(&holed);
+            assert!(out.period_sd_s() < 2.0 * whole_s, "{first}, {rows}: {} s, {whole_s} s without", out.period_sd_s());
+            assert!(out.spans.len() >= 6, "{first}, {rows}: {}", out.spans.len());
+        }
+    }
+}
+
+/// The part behind the hole is a little longer than the part in which a period is searched, and begins at any sample.
+#[test]
+fn a_walk_after_a_hole_is_found_wherever_it_begins() {
+    for end in 390..415 {
+        let mut holed = walk(12.05, 100.0, 1.1, 0.0);
+        for joint in Joint::ALL {
+            column(&mut holed, joint)[300..end].fill(f64::NAN);
+        }
+        let out = of(&holed);
+        assert!(
+            out.spans.len() >= 8 && (out.period_s - 1.1).abs() < 0.01,
+            "{end}: {} of {} s",
+            out.spans.len(),
+            out.period_s
+        );
+    }
+}
+
+/// Movement that repeats nowhere, larger than the walk, before it or behind it: the walk is cut, and the rest left out.
+#[test]
+fn a_walk_is_found_beside_larger_movement() {
+    let exercise = |joint: Joint, t: f64| {
+        let k = 1.0 + 0.2 * f64::from(joint as u8);
+        40.0 + 35.0 * (0.5 * k * t + 0.11 * t * t).sin() * (0.3 + (0.77 * k * t).sin())
+    };
+    for (first, walk_s) in [(true, 8.0), (false, 8.0), (true, 5.0), (false, 5.0)] {
+        // Both ease into each other over half a second, as a body does.
+        let rest_s = 12.0;
+        let both = raw(times(rest_s + walk_s, 100.0), |joint, t| {
+            let from_end = if first { t - rest_s } else { walk_s - t };
+            let share = (from_end / 0.5 + 0.5).clamp(0.0, 1.0);
+            share * angle(joint, t / 1.1) + (1.0 - share) * exercise(joint, t)
+        });
+        let out = of(&both);
+        let (begin, end) = if first { (rest_s, rest_s + walk_s) } else { (0.0, walk_s) };
+        assert!((out.period_s - 1.1).abs() < 0.03, "{first}, {walk_s} s: {} s", out.period_s);
+        assert!(out.spans.len() as f64 > walk_s / 1.1 - 2.0, "{first}, {walk_s} s: {:?}", out.spans);
+        assert!(
+            out.spans.iter().all(|s| s.start_s > begin - 0.3 && s.end_s < end + 0.3),
+            "{first}, {walk_s} s: {:?}",
+            out.spans
+        );
+    }
+}
+
+/// A person who stands for long, and walks for less than two strides: the one stride is where the person walks, although standing closes better.
+#[test]
+fn a_single_stride_is_none_of_standing() {
+    for stands in [2.0, 9.0, 20.0] {
+        let out = of(&trip(stands, stands + 2.4, stands + 2.5, 1.1));
+        assert!(out.spans.iter().all(|span| span.start_s > stands - 0.3), "{stands} s: {:?}", out.spans);
+        assert!((out.period_s / 1.1 - 1.0).abs() < 0.1, "{stands} s: {}", out.period_s);
+    }
+}
+
 #[test]
 fn strides_unlike_the_others_are_left_out() {
     for (odd, wanted) in [(5..6, WhyLeftOut::Odd), (5..8, WhyLeftOut::Turn)] {

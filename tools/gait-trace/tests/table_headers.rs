@@ -135,3 +135,18 @@ fn a_header_between_blanks_is_refused_with_what_to_do() {
     assert!(error.contains("the 5 words of this line are separated by blanks"), "{error}");
     assert!(error.contains("`--map time=1,left_hip=2,...`"), "{error}");
 }
+
+/// MATLAB writes a header as a comment; a share of a cycle is another thing.
+#[test]
+fn a_comment_before_a_time_is_no_percent() {
+    let header = |time: &str| ENGLISH.replace("time_s", time);
+    for time in ["% TimeStamp", "%time_s", "% Time (s)"] {
+        let read = read(&csv(&header(time), 1.0, |x| x.to_string()), "time=1")
+            .unwrap_or_else(|error| panic!("{time}: {error}"));
+        assert_eq!(read.time_s, plain().time_s, "{time}");
+    }
+    for time in ["% gait cycle", "Time [%]", "% of stride time"] {
+        let error = read(&csv(&header(time), 1.0, |x| x.to_string()), "time=1").unwrap_err();
+        assert!(error.contains("one cycle, from 0 to 100"), "{time}: {error}");
+    }
+}

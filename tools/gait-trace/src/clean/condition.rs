@@ -234,8 +234,8 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         LowPass::At(hz) => Some(hz),
         LowPass::Customary => {
             let legs = joints.each_ref().map(|joint| joint.as_deref());
-            let period = segment::period_s(&legs, &unusable, rate_hz);
-            period.map(|period| if period < RUNNING_STRIDE_S { RUNNING_HZ } else { WALKING_HZ })
+            let periodic = segment::periodic(&legs, &unusable, rate_hz);
+            periodic.map(|found| if found.period_s < RUNNING_STRIDE_S { RUNNING_HZ } else { WALKING_HZ })
         }
     };
     if let Some(hz) = cut_off {

@@ -24,7 +24,7 @@ use super::shape::{KNEE_BUMP, Shape, apart};
 use crate::clean::rules::Rules;
 use crate::finding::{Done, FindingKind};
 use crate::raw::{SignBasis, SignSource};
-use crate::stride::segment;
+use crate::stride::segment::{self, Periodic};
 use joint_units::Joint;
 
 /// Range of the knee's lead over the hip, cycles, in which the hip's flexion is positive; half a cycle later it is negative.
@@ -62,21 +62,21 @@ pub(crate) fn apply(
 ) -> Result<Convention, AmbiguousKnees> {
     let legs = joints.each_ref().map(|joint| joint.as_deref());
     let samples = bad.len();
-    // The last point of a normalised cycle repeats the first.
-    let period = if one_cycle {
-        Some((samples - 1) as f64)
+    let periodic = if one_cycle {
+        // The last point of a normalised cycle repeats the first.
+        Some(Periodic::all(samples, (samples - 1) as f64 / rate_hz))
     } else {
-        segment::period_s(&legs, bad, rate_hz).map(|s| s * rate_hz)
+        segment::periodic(&legs, bad, rate_hz)
     };
-    let stretch = period.filter(|period| *period >= 4.0).and_then(|period| {
-        (1..=STRIDES).rev().find_map(|strides| {
-            let length = (f64::from(strides) * period).round() as usize;
-            let from = segment::most_active(&legs, bad, length, (period / 8.0) as usize)?;
-            Some((from, from + length, Some(f64::from(strides))))
-        })
+    let stretch = periodic.filter(|found| found.period_s * rate_hz >= 4.0).and_then(|found| {
+        let period = found.period_s * rate_hz;
+        let lengths = (1..=STRIDES).rev().map(|strides| (f64::from(strides) * period).round() as usize);
+        let typical = found.typical(&legs, bad, rate_hz, lengths)?;
+        let strides = (typical.len() as f64 / period).round();
+        Some((typical, Some(strides)))
     });
-    let (from, to, strides) = stretch.unwrap_or((0, samples, None));
-    let mut shapes = legs.map(|joint| joint.map(|x| Shape::of(&x[from..to], strides)));
+    let (typical, strides) = stretch.unwrap_or((0..samples, None));
+    let mut shapes = legs.map(|joint| joint.map(|x| Shape::of(&x[typical.clone()], strides)));
     let mut findings: Vec<Untimed> = Vec::new();
     let mut exchanged = [false; 2];
     let mut signs = shapes.each_ref().map(|shape| shape.as_ref().map(|_| SignBasis::Assumed));

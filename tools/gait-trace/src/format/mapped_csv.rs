@@ -34,6 +34,7 @@ use crate::format::text_table::{
     BareLines, Delimiter, MAX_LINE, MAX_ROWS, bare_lines, check_length, check_rows, finite, is_blank, is_comment,
     is_cut, is_separator_line, numbered, short, text,
 };
+use crate::format::time_names::is_time_like;
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
 use crate::options::ReadOptions;
@@ -376,7 +377,12 @@ fn check_seconds(
         }
         return Ok(());
     }
-    let is_share = heading.contains('%') || heading.to_ascii_lowercase().contains("percent");
+    let plain = heading.to_lowercase();
+    // A header of MATLAB is a comment: `% TimeStamp`.
+    let is_comment = plain.trim_start().strip_prefix('%').is_some_and(|rest| {
+        is_time_like(rest) && !["cycle", "gait", "stride", "percent"].iter().any(|word| rest.contains(word))
+    });
+    let is_share = plain.contains('%') && !is_comment || plain.contains("percent");
     let is_cycle = first.abs() < 1e-3 && (last - 1.0).abs() < 1e-3;
     if is_share && !is_cycle {
         let fault = Fault::HeaderField {

@@ -85,8 +85,9 @@ A table of CSV may have the rows of several recordings, separated by a column ca
 another such name, also with `_id`, `_no` or `_name` behind it. Several values in such a column are an error that lists them: `--where subject=S01`
 reads the rows with that value, `--where` may be repeated, and `--where 'subject=*'` reads all rows of a column that does not tell recordings apart. One
 value is a note. A column with another value in nearly every row counts rows. A column of another name is treated as such a one if it has up to 50
-texts, each in long blocks of rows; labels of phases and events come again in each stride. Where no column tells them apart, times that begin again, rows of equal
-times with different angles, and rows that take turns between two recordings are errors.
+texts, each in long blocks of rows; labels of phases and events come again in each stride. Where no column tells them apart, these are errors: times that begin again;
+16 rows or more with the time of the row before, if most have angles farther from it than those of the next time are; and rows that take turns between two
+recordings. Other rows with the time of the row before are dropped, which is reported.
 
 A file of Vicon Nexus, Visual3D or C3D may have the angles of several subjects, recordings, ranges of a recording or folders. It is refused with
 their names. A map of one joint chooses, and the other joints are taken from there too: `--map left_hip=Anna:LHipAngles`,

@@ -19,10 +19,14 @@ pub(crate) const MAX_COLUMNS: usize = 4096;
 /// Begins a text in UTF-8 that some programs write, such as spreadsheets.
 pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// The bytes as text, without a byte order mark.
+/// Ends a text of some programs, as the end of a file was marked in DOS (Ctrl-Z).
+const END_MARK: u8 = 0x1a;
+
+/// The bytes as text, without the marks that some programs put at its beginning and its end.
 pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceError> {
     let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     let bytes = &bytes[start..];
+    let bytes = bytes.strip_suffix(&[END_MARK]).unwrap_or(bytes);
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(TraceError::new(name, None, Fault::Empty));
     }
@@ -442,6 +446,13 @@ mod tests {
         assert_eq!(fields("\"a,b\", \"c \"\"d\"\"\" ,e,").unwrap(), "a,b|c \"d\"|e|");
         assert_eq!(fields("\"\",\"x\"").unwrap(), "|x");
         assert!(matches!(fields("a,\"b,c"), Err(Fault::OpenQuote)));
+    }
+
+    #[test]
+    fn the_mark_of_dos_at_the_end_is_no_part_of_a_text_and_elsewhere_none() {
+        assert_eq!(text("a", b"a,b\r\n1,2\r\n\x1a").unwrap(), "a,b\r\n1,2\r\n");
+        assert!(text("a", b"\x1a").unwrap_err().to_string().contains("is empty"));
+        assert!(text("a", b"a\x1a\n").unwrap_err().to_string().contains("byte 0x1a at offset 1"));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //!    phase is linear from event to event.
 //! 2. All strides are cut at the same phase: of [`OFFSETS`] phases the one that gives most usable strides, and among equals the one whose
 //!    strides close best. A recording of a single usable stride is cut where all joints close best in value and slope
-//!    (measure in [`crate::stride::looped`]); a normalised cycle is one stride.
+//!    (measure in [`crate::stride::looped`]), of all places where they move; a normalised cycle is one stride.
 //! 3. The cuts of [`FEWEST_TO_ALIGN`] strides or more are aligned: each is moved to where a quarter stride on both sides of it, in all
 //!    joints, fits the median stride best (Gauss-Newton in the shift, each joint weighted by 1 / its variance). With the crossing of
 //!    the hips alone, knees would appear 5 to 15 % more variable than they are.
@@ -42,6 +42,8 @@ pub const OUTLIER_LENGTH: f64 = 0.15;
 pub const STANDING: f64 = 0.25;
 /// Largest deviation of a single stride from the period, as a fraction.
 pub const STRETCH: f64 = 0.08;
+/// Least movement of a single stride, as a fraction of that of the part of its length with most movement.
+pub const LEAST_MOVING: f64 = 0.5;
 /// Fewest strides whose cuts are aligned to their median.
 pub const FEWEST_TO_ALIGN: usize = 3;
 /// Largest shift of a cut by the alignment, as a fraction of a stride.
@@ -105,25 +107,23 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     let bad: Vec<bool> = unusable.iter().map(Option::is_some).collect();
     let longest = series::runs(samples, |n| !bad[n]).iter().map(|(from, to)| to - from - 1).max();
     let no_period = || StrideError::NoPeriod { duration_s: longest.unwrap_or(0) as f64 / rate };
-    let signal = segment::event_signal(&joints).ok_or_else(no_period)?;
-    let period_s = segment::period_s(&joints, &bad, rate).ok_or_else(|| {
+    let periodic = segment::periodic(&joints, &bad, rate).ok_or_else(|| {
         let too_slow = segment::too_slow_s(&joints, &bad, rate);
         too_slow.map_or_else(no_period, |period_s| StrideError::TooSlow { period_s })
     })?;
+    let period_s = periodic.period_s;
     let period = period_s * rate;
-    let stretch = [3.0, 2.0, 1.0].into_iter().find_map(|strides| {
-        let length = (strides * period) as usize;
-        segment::most_active(&joints, &bad, length, (period / 8.0) as usize).map(|from| (from, from + length))
-    });
-    let (active, end) = stretch.unwrap_or((0, samples));
-    let mut events = segment::crossings(&signal, &signal[active..end]);
+    let lengths = [3.0, 2.0, 1.0].into_iter().map(|strides| (strides * period) as usize);
+    let typical = periodic.typical(&joints, &bad, rate, lengths).unwrap_or(0..samples);
+    let signal = segment::event_signal(&joints, &typical).ok_or_else(no_period)?;
+    let mut events = segment::crossings(&signal, &signal[typical.clone()]);
     // In a long gap of one joint the signal is made of the others alone, so that its crossings are at another phase.
     let long_gaps: Vec<(usize, usize)> =
         series::runs(samples, |n| bad[n]).into_iter().filter(|(from, to)| (to - from) as f64 > 0.5 * period).collect();
     events.retain(|&event| !long_gaps.iter().any(|&(from, to)| event >= from as f64 && event < to as f64));
     if events.is_empty() {
         // A single stride that begins at the crossing: any place can be the anchor.
-        events.push(active as f64);
+        events.push(typical.start as f64);
     }
     let bouts = segment::bouts(&events, period, samples);
     let mut strides = choose(&bouts, &joints, &bad);
@@ -134,7 +134,7 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     strides.iter_mut().for_each(|stride| stride.why = why(stride));
     let joined: Vec<bool> = strides.windows(2).map(|pair| (pair[0].to - pair[1].from).abs() < 1e-6).collect();
     let unaligned = strides.clone();
-    align(&mut strides, &joints);
+    align(&mut strides, &joints, &bad);
     // A stride that is left out ends where the next one, which was aligned, begins.
     for (n, _) in joined.iter().enumerate().filter(|(_, joined)| **joined) {
         match (strides[n].why, strides[n + 1].why) {
@@ -217,8 +217,8 @@ fn choose(bouts: &[Bout], joints: &Joints<'_>, bad: &[bool]) -> Vec<Stride> {
     best.2
 }
 
-/// Step 3 of the module: aligns the cuts of the usable strides in all joints.
-fn align(strides: &mut [Stride], joints: &Joints<'_>) {
+/// Step 3 of the module: aligns the cuts of the usable strides in all joints. A `bad` sample says nothing of a cut beside it.
+fn align(strides: &mut [Stride], joints: &Joints<'_>, bad: &[bool]) {
     let mut strides: Vec<&mut Stride> = strides.iter_mut().filter(|stride| stride.why.is_none()).collect();
     if strides.len() < FEWEST_TO_ALIGN {
         return;
@@ -226,6 +226,7 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
     let joints: Vec<&[f64]> = joints.iter().flatten().copied().collect();
     let weights: Vec<f64> = joints.iter().map(|x| 1.0 / variance(x).max(1e-9)).collect();
     let last = joints.first().map_or(0, |x| x.len() - 1) as f64;
+    let is_sound = |place: f64| !bad[place.floor() as usize] && !bad[place.ceil() as usize];
     let usual = median(strides.iter().map(|stride| stride.to - stride.from));
     let first: Vec<(f64, f64)> = strides.iter().map(|stride| (stride.from, stride.to)).collect();
     for _ in 0..ALIGNMENTS {
@@ -244,7 +245,7 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
                 let window: Vec<(f64, f64)> = (-WINDOW..=WINDOW)
                     .map(|k| (k, k as f64 / SHAPE as f64))
                     .map(|(k, part)| (k, place + part * if k < 0 { before } else { after }))
-                    .filter(|(_, place)| (0.0..=last).contains(place))
+                    .filter(|(_, place)| (0.0..=last).contains(place) && is_sound(*place))
                     .map(|(k, place)| {
                         let of = |k: i64| typical[k.rem_euclid(SHAPE as i64) as usize];
                         (between(x, place) - of(k), 0.5 * SHAPE as f64 * (of(k + 1) - of(k - 1)) / usual)
@@ -276,7 +277,7 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
     }
 }
 
-/// The stride of a recording that has only one: where the joints close best.
+/// The stride of a recording that has only one: where the joints close best, of all places where they move. Standing closes better.
 fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>]) -> Option<(f64, f64)> {
     let samples = bad.len();
     let shortest = (period * (1.0 - STRETCH)).ceil() as usize;
@@ -287,6 +288,11 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
         (x[to] - x[from]) / (to - from) as f64
     };
     let variances = joints.map(|joint| joint.map_or(1.0, |x| variance(x).max(1e-9)));
+    let movement = Movement::of(joints);
+    let is_sound = |from: usize, to: usize| bad[from..=to].iter().all(Option::is_none);
+    let stride = period.round() as usize;
+    let most = (0..samples.saturating_sub(stride)).filter(|&from| is_sound(from, from + stride));
+    let least = LEAST_MOVING * most.map(|from| movement.between(from, from + stride)).fold(0.0, f64::max);
     let mut best: Option<(f64, usize, usize)> = None;
     for length in shortest..=longest {
         for from in 0..samples - length {
@@ -300,8 +306,8 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
                     (step * step + bend * bend) / variance
                 })
                 .sum();
-            let usable = || bad[from..=to].iter().all(Option::is_none);
-            if best.is_none_or(|(least, ..)| cost < least) && usable() {
+            let is_usable = || movement.between(from, to) >= least && is_sound(from, to);
+            if best.is_none_or(|(least, ..)| cost < least) && is_usable() {
                 best = Some((cost, from, to));
             }
         }
@@ -317,6 +323,38 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
     );
     let end = (to as f64 - (along / steep).clamp(-0.5, 0.5)).min((samples - 1) as f64);
     Some((from as f64, end))
+}
+
+/// How much the joints move between two samples, in a time that does not depend on how many lie between.
+struct Movement {
+    /// Of each joint, sums over the samples before each sample: of the angle and of its square.
+    sums: Vec<Vec<(f64, f64)>>,
+}
+
+impl Movement {
+    fn of(joints: &Joints<'_>) -> Self {
+        let sums = joints.iter().flatten().map(|x| {
+            // Without the mean, so that little is lost in the difference of the sums.
+            let mean = x.iter().sum::<f64>() / x.len() as f64;
+            let add = |sum: &mut (f64, f64), value: &f64| {
+                let angle = value - mean;
+                *sum = (sum.0 + angle, sum.1 + angle * angle);
+                Some(*sum)
+            };
+            std::iter::once((0.0, 0.0)).chain(x.iter().scan((0.0, 0.0), add)).collect()
+        });
+        Self { sums: sums.collect() }
+    }
+
+    /// The variances of the joints, summed.
+    fn between(&self, from: usize, to: usize) -> f64 {
+        let n = (to - from) as f64;
+        let variance = |sums: &Vec<(f64, f64)>| {
+            let (sum, squares) = (sums[to].0 - sums[from].0, sums[to].1 - sums[from].1);
+            squares / n - (sum / n).powi(2)
+        };
+        self.sums.iter().map(variance).sum()
+    }
 }
 
 /// Step 4 of the module: outliers.

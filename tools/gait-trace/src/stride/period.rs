@@ -26,6 +26,8 @@ pub(crate) const TOO_LONG_S: f64 = 12.0;
 pub const OVERLAP_S: f64 = 0.2;
 /// Smallest likeness that counts as repetition.
 pub const LEAST_LIKENESS: f64 = 0.7;
+/// The same where many parts of a recording are searched, of which one may repeat by chance.
+pub(crate) const SURE_LIKENESS: f64 = 0.9;
 /// Largest deficit of a shorter shift against the highest likeness.
 pub const SLACK: f64 = 0.1;
 
@@ -58,6 +60,11 @@ pub struct Stride {
 #[must_use]
 pub fn find(recording: &Recording) -> Option<Stride> {
     find_in(recording, SHORTEST_S, USUAL_S, |_| OVERLAP_S)
+}
+
+/// As [`find`], where half of the recording and more repeats, and surely.
+pub(crate) fn find_surely(recording: &Recording) -> Option<Stride> {
+    find_in(recording, SHORTEST_S, USUAL_S, |shift_s| 0.5 * shift_s).filter(|stride| stride.likeness >= SURE_LIKENESS)
 }
 
 /// As [`find`], for strides of [`USUAL_S`] to [`LONGEST_S`] in a recording of two of them or more.

@@ -11,6 +11,7 @@ use crate::recording::{Channel, Quantity, Recording};
 use crate::series::{correlation, median, quantile, runs, variance};
 use crate::stride::period;
 use joint_units::Joint;
+use std::ops::Range;
 
 /// Distance from the middle of its range that a signal must reach between two crossings, as a fraction of half the range.
 pub const HYSTERESIS: f64 = 0.3;
@@ -23,46 +24,156 @@ const EDGE: f64 = 1.6;
 const ACTIVE_S: f64 = 8.0;
 /// The same for slow strides.
 const SLOW_ACTIVE_S: f64 = 24.0;
+/// Least movement of a part that is searched because the part with most movement does not repeat, as a fraction of the movement of that one.
+const ELSEWHERE: f64 = 0.05;
+/// About the largest number of such parts.
+const MOST_PARTS: usize = 500;
 /// Correlation of left and right from which the legs move together.
 const TOGETHER: f64 = 0.5;
 
 pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
 
-/// First sample of the `length` consecutive samples, none of them `bad`, in which the joints move most (variance, summed over
-/// joints).
-pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step: usize) -> Option<usize> {
-    let activity =
-        |from: usize| -> f64 { joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(variance).sum() };
-    let starts = (0..(bad.len() + 1).saturating_sub(length)).step_by(step.max(1));
-    starts
-        .filter(|&from| !bad[from..from + length].contains(&true))
-        .map(|from| (from, activity(from)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(from, _)| from)
+/// Variances of the joints in some samples, summed.
+fn activity(joints: &Joints<'_>, samples: &Range<usize>) -> f64 {
+    joints.iter().flatten().filter_map(|x| x.get(samples.clone())).map(variance).sum()
 }
 
-/// The stride period in seconds, if the joints are periodic, or each leg repeats the other half a stride later.
-pub(crate) fn period_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
-    let usual = stretch(joints, bad, rate_hz, ACTIVE_S)?;
+/// First samples of parts of `length` samples `within` these, none of them `bad`, with the movement in each.
+fn movements(
+    joints: &Joints<'_>,
+    bad: &[bool],
+    within: &Range<usize>,
+    length: usize,
+    step: usize,
+) -> Vec<(usize, f64)> {
+    // Multiples of the step, and the first sample of each run: a run that is little longer than `length` may hold no multiple.
+    let starts = runs(bad.len(), |n| !bad[n]).into_iter().flat_map(|(from, to)| {
+        let (from, to) = (from.max(within.start), to.min(within.end));
+        let last = (to + 1).saturating_sub(length);
+        let multiples = (from.next_multiple_of(step.max(1))..last).step_by(step.max(1));
+        std::iter::once(from).filter(move |&from| from < last).chain(multiples)
+    });
+    starts.map(|from| (from, activity(joints, &(from..from + length)))).collect()
+}
+
+/// Likeness of some samples and the samples a shift later, as [`period`] defines it.
+fn likeness(joints: &Joints<'_>, samples: &Range<usize>, shift: usize) -> f64 {
+    let unlike = |x: &[f64]| {
+        let pairs = x.iter().zip(&x[shift..]);
+        pairs.map(|(a, b)| (b - a) * (b - a)).sum::<f64>() / (x.len() - shift) as f64 / (2.0 * variance(x)).max(1e-9)
+    };
+    let each: Vec<f64> = joints.iter().flatten().filter_map(|x| x.get(samples.clone())).map(unlike).collect();
+    1.0 - each.iter().sum::<f64>() / each.len().max(1) as f64
+}
+
+/// The stride period of a recording, and the part that shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Periodic {
+    pub(crate) period_s: f64,
+    /// All samples where the part with most movement repeats.
+    within: Range<usize>,
+}
+
+impl Periodic {
+    /// All of so many samples, which repeat.
+    pub(crate) const fn all(samples: usize, period_s: f64) -> Self {
+        Self { period_s, within: 0..samples }
+    }
+
+    /// The samples that show the gait: of the first of these lengths for which there are any, those with most movement that repeats and
+    /// none `bad`; where nothing of these lengths repeats, those with most movement.
+    pub(crate) fn typical(
+        &self,
+        joints: &Joints<'_>,
+        bad: &[bool],
+        rate_hz: f64,
+        lengths: impl Iterator<Item = usize>,
+    ) -> Option<Range<usize>> {
+        let period = self.period_s * rate_hz;
+        let mut most: Option<Range<usize>> = None;
+        for length in lengths {
+            let mut parts = movements(joints, bad, &self.within, length, (period / 8.0) as usize);
+            parts.reverse();
+            // Stable, so that of equals the last one is first.
+            parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let mut parts = parts.into_iter().map(|(from, _)| from..from + length);
+            let first = parts.next();
+            let shift = period.round() as usize;
+            let repeats = |samples: &Range<usize>| {
+                length as f64 > 1.9 * period && likeness(joints, samples, shift) >= period::LEAST_LIKENESS
+            };
+            if let Some(samples) = first.clone().into_iter().chain(parts).find(repeats) {
+                return Some(samples);
+            }
+            most = most.or(first);
+        }
+        most
+    }
+}
+
+/// The stride period, if the joints are periodic, or each leg repeats the other half a stride later.
+///
+/// It is that of the part with most movement. Where that part does not repeat, as the exercises before a walk do not, another part that
+/// clearly does is taken.
+pub(crate) fn periodic(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<Periodic> {
+    let all = |period_s| Some(Periodic::all(bad.len(), period_s));
+    let most = stretch(joints, bad, rate_hz, ACTIVE_S)?;
+    let usual = part(joints, &most, rate_hz)?;
     let found = period::find(&usual).map(|found| found.period_s).or_else(|| period_by_halves(&usual, rate_hz));
-    found.or_else(|| Some(period::find_slow(&stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?)?.period_s))
+    if let Some(period_s) = found {
+        return all(period_s);
+    }
+    let slow = period::find_slow(&part(joints, &stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?, rate_hz)?);
+    let elsewhere = elsewhere(joints, bad, rate_hz, ELSEWHERE * activity(joints, &most));
+    match (slow, elsewhere) {
+        (Some(slow), Some((stride, _))) if slow.likeness >= stride.likeness => all(slow.period_s),
+        (_, Some((stride, within))) => Some(Periodic { period_s: stride.period_s, within }),
+        (slow, None) => all(slow?.period_s),
+    }
+}
+
+/// The stride of the part that repeats best, of all parts of [`ACTIVE_S`] that move by `least` or more, and the part. Where none repeats,
+/// parts of half that length are tried, and whole runs that are shorter.
+fn elsewhere(joints: &Joints<'_>, bad: &[bool], rate_hz: f64, least: f64) -> Option<(period::Stride, Range<usize>)> {
+    let runs = runs(bad.len(), |n| !bad[n]);
+    [ACTIVE_S, 0.5 * ACTIVE_S].into_iter().find_map(|most_s| {
+        let most = (most_s * rate_hz) as usize;
+        let step = (most / 4).max(bad.len() / MOST_PARTS).max(1);
+        let parts = runs.iter().flat_map(|&(from, to)| {
+            let length = most.min(to - from);
+            (from..to - length).step_by(step).chain([to - length]).map(move |from| from..from + length)
+        });
+        let strides = parts.filter(|samples| activity(joints, samples) >= least).filter_map(|samples| {
+            let stride = period::find_surely(&part(joints, &samples, rate_hz)?)?;
+            Some((stride, samples))
+        });
+        strides.max_by(|a, b| a.0.likeness.total_cmp(&b.0.likeness))
+    })
 }
 
 /// The period of a movement that repeats too slowly for a stride, seconds.
 pub(crate) fn too_slow_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
-    Some(period::find_too_slow(&stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?)?.period_s)
+    let samples = stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?;
+    Some(period::find_too_slow(&part(joints, &samples, rate_hz)?)?.period_s)
 }
 
-/// The part of up to `most_s` seconds with most movement and without a bad sample.
-fn stretch(joints: &Joints<'_>, bad: &[bool], rate_hz: f64, most_s: f64) -> Option<Recording> {
+/// The samples of up to `most_s` seconds with most movement and without a bad one.
+fn stretch(joints: &Joints<'_>, bad: &[bool], rate_hz: f64, most_s: f64) -> Option<Range<usize>> {
     let longest = runs(bad.len(), |n| !bad[n]).iter().map(|(from, to)| to - from).max()?;
     let length = longest.min((most_s * rate_hz) as usize);
-    let from = most_active(joints, bad, length, if length < longest { (rate_hz / 4.0) as usize } else { 1 })?;
-    let stretch = joints.map(|joint| joint.and_then(|x| x.get(from..from + length)));
-    let channels = Joint::ALL.into_iter().zip(stretch);
+    let step = if length < longest { (rate_hz / 4.0) as usize } else { 1 };
+    let parts = movements(joints, bad, &(0..bad.len()), length, step);
+    let (from, _) = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(from..from + length)
+}
+
+/// Some samples as a recording of their own.
+fn part(joints: &Joints<'_>, samples: &Range<usize>, rate_hz: f64) -> Option<Recording> {
+    let parts = joints.map(|joint| joint.and_then(|x| x.get(samples.clone())));
+    let channels = Joint::ALL.into_iter().zip(parts);
     let channels =
         channels.filter_map(|(joint, x)| x.map(|x| Channel::new(joint.name(), Quantity::Angle, x.to_vec()))).collect();
-    let times = (0..length).map(|n| n as f64 / rate_hz).collect();
+    let times = (0..samples.len()).map(|n| n as f64 / rate_hz).collect();
     Recording::build(times, channels).ok()
 }
 
@@ -92,11 +203,11 @@ fn period_by_halves(recording: &Recording, rate_hz: f64) -> Option<f64> {
     Some(2.0 * (first + peak) as f64 / rate_hz)
 }
 
-/// The signal with one upward crossing per stride.
-pub(crate) fn event_signal(joints: &Joints<'_>) -> Option<Vec<f64>> {
+/// The signal with one upward crossing per stride of a gait that these samples show.
+pub(crate) fn event_signal(joints: &Joints<'_>, typical: &Range<usize>) -> Option<Vec<f64>> {
     let difference = |a: &[f64], b: &[f64]| {
         // Of legs that move together the difference is noise; their sum crosses its middle once a stride.
-        let sign = if correlation(a, b) > TOGETHER { 1.0 } else { -1.0 };
+        let sign = if correlation(&a[typical.clone()], &b[typical.clone()]) > TOGETHER { 1.0 } else { -1.0 };
         a.iter().zip(b).map(|(a, b)| a + sign * b).collect()
     };
     match joints {

@@ -211,7 +211,15 @@ impl Layout {
             return Err(ctx.bad(12, "the scale of the points", &scale.to_string(), allowed));
         }
         let rate = match parameters.number(ctx, "POINT:RATE") {
-            Some(rate) if rate > 0.0 => rate as f32,
+            Some(rate) if rate > 0.0 => {
+                let (rate, of_header) = (rate as f32, float(10)?);
+                if of_header != rate {
+                    notes.push(format!(
+                        "The header gives {of_header} Hz, POINT:RATE gives {rate} Hz; the latter is used."
+                    ));
+                }
+                rate
+            }
             _ => float(10)?,
         };
         if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
