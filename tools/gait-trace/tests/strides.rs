@@ -10,6 +10,7 @@ use gait_trace::{
 };
 use joint_units::Joint;
 use proptest::prelude::*;
+use std::f64::consts::TAU;
 use synthetic::{angle, column, raw, times, walk};
 
 fn done(raw: &RawJoints) -> Conditioned {
@@ -191,6 +192,27 @@ fn a_walk_is_found_beside_larger_movement() {
             "{first}, {walk_s} s: {:?}",
             out.spans
         );
+    }
+}
+
+/// Longer movement about as large as the walk, of which parts look like strides: none of them is kept, although they are more than those of the walk.
+#[test]
+fn strides_of_another_movement_are_left_out() {
+    let movement = |joint: Joint, size: f64, t: f64| {
+        let [mean, size] =
+            if matches!(joint, Joint::LeftHip | Joint::RightHip) { [8.0, 11.0 * size] } else { [24.0, 16.0 * size] };
+        let sine = |hz: f64| (TAU * hz * t + 97.0 * hz * (f64::from(joint as u8) + 1.0)).sin();
+        mean + size * [0.3, 0.75, 0.85, 0.95, 1.05].map(sine).iter().sum::<f64>()
+    };
+    for (rest_s, walk_s, size) in [(30.0, 6.0, 0.5), (60.0, 12.0, 0.5), (30.0, 6.0, 1.0), (60.0, 12.0, 1.0)] {
+        let both = raw(times(rest_s + walk_s, 100.0), |joint, t| {
+            let share = ((t - rest_s) / 0.5 + 0.5).clamp(0.0, 1.0);
+            share * angle(joint, t / 1.1) + (1.0 - share) * movement(joint, size, t)
+        });
+        let out = of(&both);
+        assert!(out.spans.iter().all(|span| span.start_s > rest_s - 0.3), "{rest_s}, {walk_s} s: {:?}", out.spans);
+        assert!(out.spans.len() as f64 > walk_s / 1.1 - 2.0, "{rest_s}, {walk_s} s: {:?}", out.spans);
+        assert!((out.period_s - 1.1).abs() < 0.02, "{rest_s}, {walk_s} s: {}", out.period_s);
     }
 }
 

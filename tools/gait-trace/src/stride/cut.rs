@@ -11,7 +11,8 @@
 //! 4. A stride is left out if it overlaps an unusable span, or if it is an outlier among [`FEWEST_TO_JUDGE`] or more: its shape differs
 //!    from the median stride by more than [`OUTLIER`] times the median difference and [`OUTLIER_DEG`], or its length by more than
 //!    [`OUTLIER_LENGTH`]. Outliers at the beginning of a bout count as starting up, at the end as stopping, in the middle as odd strides
-//!    (up to [`MOST_ODD`]) or a turn (more).
+//!    (up to [`MOST_ODD`]) or a turn (more). If the strides are of several movements (median distance above [`SEVERAL_DEG`]), they are compared
+//!    with those where the period was found, before the alignment too.
 //! 5. Everything that is in no kept stride is listed in [`Cuts::left_out`]; strides and list together cover the recording.
 //!
 //! Units inside: samples.
@@ -25,6 +26,7 @@ use crate::stride::segment::{Bout, Joints};
 use crate::stride::spans::{Cuts, LeftOut, Span, StrideError, WhyLeftOut};
 use joint_units::Joint;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Number of phases that are tried for the cuts.
 pub const OFFSETS: usize = 50;
@@ -32,6 +34,8 @@ pub const OFFSETS: usize = 50;
 pub const FEWEST_TO_JUDGE: usize = 4;
 /// Smallest distance of an outlier from the median stride, as a multiple of the median distance.
 pub const OUTLIER: f64 = 2.5;
+/// Median distance from the median stride, degrees, above which the strides are those of several movements.
+pub const SEVERAL_DEG: f64 = 8.0;
 /// Smallest distance of an outlier, root mean square over joints and points, degrees.
 pub const OUTLIER_DEG: f64 = 5.0;
 /// Up to this many consecutive outliers are odd strides (a disturbance may extend into the next stride); more are a turn.
@@ -132,6 +136,7 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
         unusable[from..=to.min(samples - 1)].iter().copied().flatten().next()
     };
     strides.iter_mut().for_each(|stride| stride.why = why(stride));
+    judge(&mut strides, &joints, &bouts, samples, &typical, true);
     let joined: Vec<bool> = strides.windows(2).map(|pair| (pair[0].to - pair[1].from).abs() < 1e-6).collect();
     let unaligned = strides.clone();
     align(&mut strides, &joints, &bad);
@@ -156,7 +161,7 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
             strides = span.into_iter().collect();
         }
     }
-    judge(&mut strides, &joints, &bouts, samples);
+    judge(&mut strides, &joints, &bouts, samples, &typical, false);
 
     let span = |stride: &Stride| Span { start_s: stride.from / rate, end_s: stride.to / rate };
     let spans: Vec<Span> = strides.iter().filter(|stride| stride.why.is_none()).map(span).collect();
@@ -357,31 +362,56 @@ impl Movement {
     }
 }
 
-/// Step 4 of the module: outliers.
-fn judge(strides: &mut [Stride], joints: &Joints<'_>, bouts: &[Bout], samples: usize) {
-    let sound: Vec<usize> = (0..strides.len()).filter(|&i| strides[i].why.is_none()).collect();
-    if sound.len() < FEWEST_TO_JUDGE {
-        return;
-    }
+/// Distance of each stride from the median of those `of` these places, root mean square over joints and points, degrees; and their median length.
+fn compared(strides: &[&Stride], of: &[usize], joints: &Joints<'_>) -> (Vec<f64>, f64) {
     let joints: Vec<&[f64]> = joints.iter().flatten().copied().collect();
-    let shape = |stride: &Stride| -> Vec<f64> {
+    let shape = |stride: &&Stride| -> Vec<f64> {
         let place = |k: usize| stride.from + (stride.to - stride.from) * k as f64 / SHAPE as f64;
         joints.iter().flat_map(|x| (0..SHAPE).map(move |k| between(x, place(k)))).collect()
     };
-    let shapes: Vec<Vec<f64>> = sound.iter().map(|&i| shape(&strides[i])).collect();
-    let typical: Vec<f64> = (0..SHAPE * joints.len()).map(|k| median(shapes.iter().map(|shape| shape[k]))).collect();
+    let shapes: Vec<Vec<f64>> = strides.iter().map(shape).collect();
+    let typical: Vec<f64> =
+        (0..SHAPE * joints.len()).map(|k| median(of.iter().map(|&place| shapes[place][k]))).collect();
     let distance = |shape: &Vec<f64>| {
         let squares: f64 = shape.iter().zip(&typical).map(|(a, b)| (a - b).powi(2)).sum();
         (squares / typical.len() as f64).sqrt()
     };
-    let distances: Vec<f64> = shapes.iter().map(distance).collect();
-    let limit = OUTLIER_DEG.max(OUTLIER * median(distances.iter().copied()));
+    let usual = median(of.iter().map(|&place| strides[place].to - strides[place].from));
+    (shapes.iter().map(distance).collect(), usual)
+}
+
+/// Step 4 of the module: outliers. Strides of several movements are compared with those of the `typical` samples; `only_then` leaves others as
+/// they are.
+fn judge(
+    strides: &mut [Stride],
+    joints: &Joints<'_>,
+    bouts: &[Bout],
+    samples: usize,
+    typical: &Range<usize>,
+    only_then: bool,
+) {
+    let sound: Vec<usize> = (0..strides.len()).filter(|&i| strides[i].why.is_none()).collect();
+    if sound.len() < FEWEST_TO_JUDGE {
+        return;
+    }
+    let those: Vec<&Stride> = sound.iter().map(|&i| &strides[i]).collect();
+    let all: Vec<usize> = (0..sound.len()).collect();
+    let (mut distances, mut usual) = compared(&those, &all, joints);
+    let overlaps = |stride: &Stride| stride.from < typical.end as f64 && stride.to > typical.start as f64;
+    let some: Vec<usize> = all.iter().copied().filter(|&place| overlaps(those[place])).collect();
+    let mut of = all;
+    if median(distances.iter().copied()) > SEVERAL_DEG && !some.is_empty() {
+        (distances, usual) = compared(&those, &some, joints);
+        of = some;
+    } else if only_then {
+        return;
+    }
+    let limit = OUTLIER_DEG.max(OUTLIER * median(of.iter().map(|&place| distances[place])));
     let length = |stride: &Stride| stride.to - stride.from;
-    let usual = median(sound.iter().map(|&i| length(&strides[i])));
-    let odd: Vec<bool> = sound
+    let odd: Vec<bool> = those
         .iter()
         .zip(&distances)
-        .map(|(&i, distance)| *distance > limit || (length(&strides[i]) - usual).abs() > OUTLIER_LENGTH * usual)
+        .map(|(stride, distance)| *distance > limit || (length(stride) - usual).abs() > OUTLIER_LENGTH * usual)
         .collect();
     for (from, to) in series::runs(sound.len(), |n| odd[n]) {
         for n in from..to {
