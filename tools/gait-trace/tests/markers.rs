@@ -233,3 +233,26 @@ fn a_pelvis_without_a_back_gives_no_hip() {
         "{error}"
     );
 }
+
+/// One point of a leg has another name: the note says which, and lists those of the file.
+#[test]
+fn a_point_with_another_name_is_named() {
+    let (_, set) = &SETS[0];
+    let points = markers(set, 0.0, 1.0);
+    let renamed = |from: &str, to: &str| -> Vec<String> {
+        let points: Points = points
+            .iter()
+            .map(|(name, track)| (if name == from { to.into() } else { name.clone() }, track.clone()))
+            .collect();
+        read("walk.c3d", &c3d(&points, Some("mm"))).unwrap().notes
+    };
+    let note = "The left leg is not found: on its side the counterparts of these points are missing: `RKNE`. The points of the file are `LASI`,";
+    let notes = renamed("LKNE", "LKNE2");
+    assert!(notes.iter().any(|found| found.starts_with(note) && found.contains("`LKNE2`")), "{notes:?}");
+    let notes = renamed("RANK", "foot");
+    assert!(
+        notes.iter().any(|found| found.contains("The right leg is not found") && found.contains("missing: `LANK`.")),
+        "{notes:?}"
+    );
+    assert!(!renamed("LKNE", "LKNE").iter().any(|found| found.contains("is not found")));
+}

@@ -118,6 +118,7 @@ impl Rows for Table {
         if with_legs.len() > 1 {
             return Err(fault(Fault::SeveralSubjects { have: listed(&with_legs) }));
         }
+        notes.extend(segments::one_leg(&legs, &bare));
         let mut tracks: Vec<Option<Track>> = vec![None; markers.len()];
         legs.iter().flatten().flat_map(Leg::points).for_each(|point| tracks[point] = Some(Track::new()));
         let unit_at = keys.iter().position(|found| found.eq_ignore_ascii_case("Units"));

@@ -148,6 +148,7 @@ impl File<'_> {
         if subjects.len() > 1 {
             return Err(fault(Fault::SeveralSubjects { have: listed(&subjects) }));
         }
+        notes.extend(segments::one_leg(&legs, &bare));
         let text = first_text("POINT:UNITS").unwrap_or_default();
         let unit = LengthUnit { field: "POINT:UNITS", text: &text };
         let legs = segments::tracks(legs, |index| self.track(index), unit, notes).map_err(fault)?;

@@ -18,7 +18,7 @@ use crate::format::unit::Said;
 use crate::raw::SignSource;
 use joint_units::Joint;
 use names::Place;
-pub(crate) use names::{FoundLegs, Leg, find};
+pub(crate) use names::{FoundLegs, Leg, find, one_leg};
 pub(crate) use pelvis::LengthUnit;
 pub(crate) use vector::Track;
 use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};

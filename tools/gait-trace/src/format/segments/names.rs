@@ -12,6 +12,7 @@
 //! own is computed from the pelvis.
 
 use crate::format::segments::pelvis::Pelvis;
+use crate::format::text_table::listed;
 
 /// Names of the points of a joint in order of preference, without side, blanks and signs; several in one entry are averaged.
 type Names = &'static [&'static [&'static str]];
@@ -89,15 +90,49 @@ pub(crate) struct Leg<P> {
 /// The left and right leg, with places that points give; `None` where a hip, knee or ankle is missing.
 pub(crate) type FoundLegs = [Option<Leg<Place>>; 2];
 
+/// The sides of a body, short and long.
+const SIDES: [(&str, &str); 2] = [("l", "left"), ("r", "right")];
+
+/// A name without blanks, signs and case. OpenCap marks the joint centres that it computes with `_study`.
+fn plain(label: &str) -> String {
+    let plain: String = label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+    plain.strip_suffix("study").map_or(plain.clone(), str::to_owned)
+}
+
+/// What a file with the points of only one leg lacks, as a note.
+pub(crate) fn one_leg(legs: &FoundLegs, labels: &[&str]) -> Option<String> {
+    let (leg, of) = match legs {
+        [Some(left), None] => (left, 0),
+        [None, Some(right)] => (right, 1),
+        _ => return None,
+    };
+    let ((short, long), (other_short, other_long)) = (SIDES[of], SIDES[1 - of]);
+    let all: Vec<String> = labels.iter().map(|label| plain(label)).collect();
+    let has_counterpart = |name: &str| {
+        let names = [
+            name.strip_prefix(short).map(|rest| format!("{other_short}{rest}")),
+            name.strip_suffix(short).map(|rest| format!("{rest}{other_short}")),
+            name.strip_prefix(long).map(|rest| format!("{other_long}{rest}")),
+            name.strip_suffix(long).map(|rest| format!("{rest}{other_long}")),
+        ];
+        names.iter().flatten().any(|name| all.contains(name))
+    };
+    let means = leg.places.iter().filter(|place| matches!(place, Place::Mean(_)));
+    let alone: Vec<&str> = means
+        .flat_map(Place::points)
+        .filter(|&point| !has_counterpart(&all[point]))
+        .map(|point| labels[point])
+        .collect();
+    Some(format!(
+        "The {other_long} leg is not found: on its side the counterparts of these points are missing: {}. The points of the file are {}.",
+        listed(&alone),
+        listed(labels)
+    ))
+}
+
 /// Finds the legs.
 pub(crate) fn find(labels: &[&str]) -> FoundLegs {
-    // OpenCap marks the joint centres that it computes with `_study`.
-    let plain = |label: &&str| -> String {
-        let plain: String = label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
-        plain.strip_suffix("study").map_or(plain.clone(), str::to_owned)
-    };
-    let plain: Vec<String> = labels.iter().map(plain).collect();
-    const SIDES: [(&str, &str); 2] = [("l", "left"), ("r", "right")];
+    let plain: Vec<String> = labels.iter().map(|label| plain(label)).collect();
     let called = |(side, word): (&str, &str), name: &str| {
         let names =
             [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")];
