@@ -200,11 +200,11 @@ fn a_bit_that_changes_in_a_walk_stops_it_by_the_ramp() {
     let pass_s = bytes / BYTES * ROUND_MS * ROUND_FACTOR * 1e-3;
     let board = Board::find();
     let mut latest = 0.0_f64;
-    // A change behind the place that a pass has come to is found at the end of the next one: the first bytes have the longest times, and a moment
-    // just after they were read is among so many.
+    // A change at a place that the pass has read already is found at the end of the next pass. So the first bytes have the longest times, where they
+    // change soon after they were read, which one of so many moments is.
     for (address, moments) in [(FLASH.start + 0x1C, 16), (image.middle(".rodata") & !1, 3)] {
         for moment in 0..moments {
-            let at = 1.5 + pass_s * f64::from(moment) / f64::from(moments);
+            let at = 1.5 + pass_s * (f64::from(moment) + 0.5) / f64::from(moments);
             let place = image.place(address);
             let half = u16::from_le_bytes([image.0[place], image.0[place + 1]]) ^ 0x0100;
             let script =

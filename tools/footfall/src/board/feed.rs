@@ -57,8 +57,8 @@ pub struct Opened {
     pub notes: Vec<String>,
 }
 
-/// Opens a recording. CSV of this program without gaps is taken unchanged. Of any other file the joints are read, with equal time steps and flexion
-/// positive; short gaps are bridged, long ones become a straight line, and each is noted.
+/// Opens a recording. CSV of this program without gaps is taken unchanged. Of any other file the joints are read, with equal time steps and
+/// flexion positive; short gaps are bridged, long ones become a straight line, and each is noted.
 ///
 /// # Errors
 /// The file is wrong, or its time axis is a cycle.
@@ -73,7 +73,7 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
         Fault::MissingColumn { hint, .. } => hint.contains("separated"),
         Fault::UnknownColumn | Fault::NoChannels | Fault::NotText { .. } => false,
         Fault::NotANumber { .. } if is_converted(path) => true,
-        Fault::NotANumber { ref text } | Fault::NotFinite { ref text } if is_missing(text) => false,
+        ref fault if csv_file::is_missing_value(fault) => false,
         _ => return Err(Failure::input(plain)),
     };
     let raw = open::read(path, &ReadOptions::default()).map_err(|error| {
@@ -95,12 +95,6 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
     }
     let notes = raw.notes.into_iter().chain(conditioned.findings.iter().map(ToString::to_string)).collect();
     Ok(Opened { name, recording: conditioned.recording, format: Some(raw.format), notes })
-}
-
-/// A field that stands for a value that is missing.
-fn is_missing(field: &str) -> bool {
-    let field = field.trim();
-    field.is_empty() || field.eq_ignore_ascii_case("nan")
 }
 
 /// The file has the record of `footfall convert`.

@@ -8,6 +8,7 @@
 //! Everything else is refused: the reader guesses nothing, fills no gap and drops no row.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::text_table::is_missing;
 use crate::format::whole_file;
 use crate::recording::{Channel, Recording, RecordingError};
 use std::io::{self, Read, Write};
@@ -130,6 +131,12 @@ fn fields(row: &str) -> impl Iterator<Item = &str> {
 /// A heading without surrounding quotes.
 fn unquoted(heading: &str) -> &str {
     heading.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(heading)
+}
+
+/// Whether a file is refused here because a value is missing, which the readers of other programs' files take.
+#[must_use]
+pub fn is_missing_value(fault: &Fault) -> bool {
+    matches!(fault, Fault::NotANumber { text } | Fault::NotFinite { text } if is_missing(text.trim()))
 }
 
 /// The source as text.

@@ -379,10 +379,10 @@ fn check_seconds(
     }
     let plain = heading.to_lowercase();
     // A header of MATLAB is a comment: `% TimeStamp`.
-    let is_comment = plain.trim_start().strip_prefix('%').is_some_and(|rest| {
+    let is_of_matlab = plain.trim_start().strip_prefix('%').is_some_and(|rest| {
         is_time_like(rest) && !["cycle", "gait", "stride", "percent"].iter().any(|word| rest.contains(word))
     });
-    let is_share = plain.contains('%') && !is_comment || plain.contains("percent");
+    let is_share = plain.contains('%') && !is_of_matlab || plain.contains("percent");
     let is_cycle = first.abs() < 1e-3 && (last - 1.0).abs() < 1e-3;
     if is_share && !is_cycle {
         let fault = Fault::HeaderField {

@@ -136,7 +136,10 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
         unusable[from..=to.min(samples - 1)].iter().copied().flatten().next()
     };
     strides.iter_mut().for_each(|stride| stride.why = why(stride));
-    judge(&mut strides, &joints, &bouts, samples, &typical, true);
+    // Before the alignment, which is to their median.
+    if are_several(&strides, &joints) {
+        judge(&mut strides, &joints, &bouts, samples, &typical);
+    }
     let joined: Vec<bool> = strides.windows(2).map(|pair| (pair[0].to - pair[1].from).abs() < 1e-6).collect();
     let unaligned = strides.clone();
     align(&mut strides, &joints, &bad);
@@ -161,7 +164,7 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
             strides = span.into_iter().collect();
         }
     }
-    judge(&mut strides, &joints, &bouts, samples, &typical, false);
+    judge(&mut strides, &joints, &bouts, samples, &typical);
 
     let span = |stride: &Stride| Span { start_s: stride.from / rate, end_s: stride.to / rate };
     let spans: Vec<Span> = strides.iter().filter(|stride| stride.why.is_none()).map(span).collect();
@@ -293,11 +296,11 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
         (x[to] - x[from]) / (to - from) as f64
     };
     let variances = joints.map(|joint| joint.map_or(1.0, |x| variance(x).max(1e-9)));
-    let movement = Movement::of(joints);
-    let is_sound = |from: usize, to: usize| bad[from..=to].iter().all(Option::is_none);
-    let stride = period.round() as usize;
-    let most = (0..samples.saturating_sub(stride)).filter(|&from| is_sound(from, from + stride));
-    let least = LEAST_MOVING * most.map(|from| movement.between(from, from + stride)).fold(0.0, f64::max);
+    let is_bad: Vec<bool> = bad.iter().map(Option::is_some).collect();
+    let movements = segment::movements(joints, &is_bad, &(0..samples), shortest, 1);
+    let least = LEAST_MOVING * movements.iter().map(|(_, movement)| *movement).fold(0.0, f64::max);
+    let mut moves = vec![false; samples];
+    movements.iter().for_each(|&(from, movement)| moves[from] = movement >= least);
     let mut best: Option<(f64, usize, usize)> = None;
     for length in shortest..=longest {
         for from in 0..samples - length {
@@ -311,7 +314,7 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
                     (step * step + bend * bend) / variance
                 })
                 .sum();
-            let is_usable = || movement.between(from, to) >= least && is_sound(from, to);
+            let is_usable = || moves[from] && !is_bad[from..=to].contains(&true);
             if best.is_none_or(|(least, ..)| cost < least) && is_usable() {
                 best = Some((cost, from, to));
             }
@@ -328,38 +331,6 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
     );
     let end = (to as f64 - (along / steep).clamp(-0.5, 0.5)).min((samples - 1) as f64);
     Some((from as f64, end))
-}
-
-/// How much the joints move between two samples, in a time that does not depend on how many lie between.
-struct Movement {
-    /// Of each joint, sums over the samples before each sample: of the angle and of its square.
-    sums: Vec<Vec<(f64, f64)>>,
-}
-
-impl Movement {
-    fn of(joints: &Joints<'_>) -> Self {
-        let sums = joints.iter().flatten().map(|x| {
-            // Without the mean, so that little is lost in the difference of the sums.
-            let mean = x.iter().sum::<f64>() / x.len() as f64;
-            let add = |sum: &mut (f64, f64), value: &f64| {
-                let angle = value - mean;
-                *sum = (sum.0 + angle, sum.1 + angle * angle);
-                Some(*sum)
-            };
-            std::iter::once((0.0, 0.0)).chain(x.iter().scan((0.0, 0.0), add)).collect()
-        });
-        Self { sums: sums.collect() }
-    }
-
-    /// The variances of the joints, summed.
-    fn between(&self, from: usize, to: usize) -> f64 {
-        let n = (to - from) as f64;
-        let variance = |sums: &Vec<(f64, f64)>| {
-            let (sum, squares) = (sums[to].0 - sums[from].0, sums[to].1 - sums[from].1);
-            squares / n - (sum / n).powi(2)
-        };
-        self.sums.iter().map(variance).sum()
-    }
 }
 
 /// Distance of each stride from the median of those `of` these places, root mean square over joints and points, degrees; and their median length.
@@ -380,32 +351,26 @@ fn compared(strides: &[&Stride], of: &[usize], joints: &Joints<'_>) -> (Vec<f64>
     (shapes.iter().map(distance).collect(), usual)
 }
 
-/// Step 4 of the module: outliers. Strides of several movements are compared with those of the `typical` samples; `only_then` leaves others as
-/// they are.
-fn judge(
-    strides: &mut [Stride],
-    joints: &Joints<'_>,
-    bouts: &[Bout],
-    samples: usize,
-    typical: &Range<usize>,
-    only_then: bool,
-) {
+/// Whether the usable strides are of several movements.
+fn are_several(strides: &[Stride], joints: &Joints<'_>) -> bool {
+    let usable: Vec<&Stride> = strides.iter().filter(|stride| stride.why.is_none()).collect();
+    let all: Vec<usize> = (0..usable.len()).collect();
+    all.len() >= FEWEST_TO_JUDGE && median(compared(&usable, &all, joints).0) > SEVERAL_DEG
+}
+
+/// Step 4 of the module: outliers. Strides of several movements are compared with those of the `typical` samples, others with all.
+fn judge(strides: &mut [Stride], joints: &Joints<'_>, bouts: &[Bout], samples: usize, typical: &Range<usize>) {
     let sound: Vec<usize> = (0..strides.len()).filter(|&i| strides[i].why.is_none()).collect();
     if sound.len() < FEWEST_TO_JUDGE {
         return;
     }
     let those: Vec<&Stride> = sound.iter().map(|&i| &strides[i]).collect();
-    let all: Vec<usize> = (0..sound.len()).collect();
-    let (mut distances, mut usual) = compared(&those, &all, joints);
-    let overlaps = |stride: &Stride| stride.from < typical.end as f64 && stride.to > typical.start as f64;
-    let some: Vec<usize> = all.iter().copied().filter(|&place| overlaps(those[place])).collect();
-    let mut of = all;
-    if median(distances.iter().copied()) > SEVERAL_DEG && !some.is_empty() {
-        (distances, usual) = compared(&those, &some, joints);
-        of = some;
-    } else if only_then {
-        return;
+    let is_typical = |stride: &Stride| stride.from < typical.end as f64 && stride.to > typical.start as f64;
+    let mut of: Vec<usize> = (0..sound.len()).collect();
+    if are_several(strides, joints) && those.iter().any(|stride| is_typical(stride)) {
+        of.retain(|&place| is_typical(those[place]));
     }
+    let (distances, usual) = compared(&those, &of, joints);
     let limit = OUTLIER_DEG.max(OUTLIER * median(of.iter().map(|&place| distances[place])));
     let length = |stride: &Stride| stride.to - stride.from;
     let odd: Vec<bool> = those

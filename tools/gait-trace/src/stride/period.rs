@@ -79,6 +79,15 @@ pub(crate) fn find_too_slow(recording: &Recording) -> Option<Stride> {
     find_in(recording, LONGEST_S, TOO_LONG_S, |shift_s| shift_s)
 }
 
+/// Likeness of some series, each with its variance, and of themselves a shift later; not a number for no series.
+pub(crate) fn likeness(series: &[(&[f64], f64)], shift: usize) -> f64 {
+    let unlike = |(x, variance): &(&[f64], f64)| {
+        let squares: f64 = x.iter().zip(&x[shift..]).map(|(a, b)| (b - a) * (b - a)).sum();
+        squares / (x.len() - shift) as f64 / (2.0 * variance)
+    };
+    1.0 - series.iter().map(unlike).sum::<f64>() / series.len() as f64
+}
+
 /// The period between two shifts in seconds, where the recording and its shifted copy overlap by `overlap_s` of the shift.
 fn find_in(recording: &Recording, from_s: f64, to_s: f64, overlap_s: impl Fn(f64) -> f64) -> Option<Stride> {
     let even = recording.resample(RATE_HZ).ok()?;
@@ -87,16 +96,6 @@ fn find_in(recording: &Recording, from_s: f64, to_s: f64, overlap_s: impl Fn(f64
     if channels.is_empty() {
         return None;
     }
-    let likeness = |shift: usize| {
-        let unlike: f64 = channels
-            .iter()
-            .map(|(x, variance)| {
-                let squares: f64 = x.iter().zip(&x[shift..]).map(|(a, b)| (b - a) * (b - a)).sum();
-                squares / (samples - shift) as f64 / (2.0 * variance)
-            })
-            .sum();
-        1.0 - unlike / channels.len() as f64
-    };
     let in_samples = |seconds: f64| (seconds * RATE_HZ).round() as usize;
     let first = in_samples(from_s);
     let fits = |shift: &usize| shift + in_samples(overlap_s(*shift as f64 / RATE_HZ)) <= samples;
@@ -104,7 +103,7 @@ fn find_in(recording: &Recording, from_s: f64, to_s: f64, overlap_s: impl Fn(f64
     if last < first + 2 {
         return None;
     }
-    let r: Vec<f64> = (first..=last).map(likeness).collect();
+    let r: Vec<f64> = (first..=last).map(|shift| likeness(&channels, shift)).collect();
     let peaks: Vec<usize> = (1..r.len() - 1).filter(|&i| r[i] > r[i - 1] && r[i] >= r[i + 1]).collect();
     let best = peaks.iter().map(|&i| r[i]).fold(f64::NEG_INFINITY, f64::max);
     let peak = peaks.into_iter().find(|&i| r[i] >= LEAST_LIKENESS.max(best - SLACK))?;

@@ -5,6 +5,9 @@
 //! hips contribute to each event. Without two hips the difference of the knees is used; with a single joint, the joint itself, whose
 //! swing crosses the middle of its range once upward and once downward. Legs that move together, as in hops, are added instead.
 //!
+//! The period is that of the part with most movement, or, where that part does not repeat, of the part that repeats best. Range and sign of
+//! the legs are those of a part with most movement that repeats, so that other movement in the recording changes neither.
+//!
 //! A crossing counts if the signal was below the middle by [`HYSTERESIS`] of its half range before and reaches as far above after.
 
 use crate::recording::{Channel, Quantity, Recording};
@@ -39,7 +42,7 @@ fn activity(joints: &Joints<'_>, samples: &Range<usize>) -> f64 {
 }
 
 /// First samples of parts of `length` samples `within` these, none of them `bad`, with the movement in each.
-fn movements(
+pub(crate) fn movements(
     joints: &Joints<'_>,
     bad: &[bool],
     within: &Range<usize>,
@@ -54,16 +57,6 @@ fn movements(
         std::iter::once(from).filter(move |&from| from < last).chain(multiples)
     });
     starts.map(|from| (from, activity(joints, &(from..from + length)))).collect()
-}
-
-/// Likeness of some samples and the samples a shift later, as [`period`] defines it.
-fn likeness(joints: &Joints<'_>, samples: &Range<usize>, shift: usize) -> f64 {
-    let unlike = |x: &[f64]| {
-        let pairs = x.iter().zip(&x[shift..]);
-        pairs.map(|(a, b)| (b - a) * (b - a)).sum::<f64>() / (x.len() - shift) as f64 / (2.0 * variance(x)).max(1e-9)
-    };
-    let each: Vec<f64> = joints.iter().flatten().filter_map(|x| x.get(samples.clone())).map(unlike).collect();
-    1.0 - each.iter().sum::<f64>() / each.len().max(1) as f64
 }
 
 /// The stride period of a recording, and the part that shows it.
@@ -90,22 +83,23 @@ impl Periodic {
         lengths: impl Iterator<Item = usize>,
     ) -> Option<Range<usize>> {
         let period = self.period_s * rate_hz;
+        let repeats = |samples: &Range<usize>| {
+            let parts = joints.iter().flatten().filter_map(|x| x.get(samples.clone()));
+            let varying: Vec<(&[f64], f64)> = parts.map(|x| (x, variance(x))).filter(|(_, v)| *v > 0.0).collect();
+            period::likeness(&varying, period.round() as usize) >= period::LEAST_LIKENESS
+        };
         let mut most: Option<Range<usize>> = None;
         for length in lengths {
             let mut parts = movements(joints, bad, &self.within, length, (period / 8.0) as usize);
-            parts.reverse();
-            // Stable, so that of equals the last one is first.
-            parts.sort_by(|a, b| b.1.total_cmp(&a.1));
-            let mut parts = parts.into_iter().map(|(from, _)| from..from + length);
-            let first = parts.next();
-            let shift = period.round() as usize;
-            let repeats = |samples: &Range<usize>| {
-                length as f64 > 1.9 * period && likeness(joints, samples, shift) >= period::LEAST_LIKENESS
-            };
-            if let Some(samples) = first.clone().into_iter().chain(parts).find(repeats) {
-                return Some(samples);
+            // Of equals the last one is first.
+            parts.sort_by(|a, b| b.1.total_cmp(&a.1).then(b.0.cmp(&a.0)));
+            let mut parts = parts.into_iter().map(|(from, _)| from..from + length).peekable();
+            most = most.or(parts.peek().cloned());
+            // A single stride does not repeat in itself.
+            let found = parts.filter(|_| length as f64 > 1.9 * period).find(repeats);
+            if found.is_some() {
+                return found;
             }
-            most = most.or(first);
         }
         most
     }
