@@ -1,12 +1,15 @@
-//! `cargo xtask board`: shows, reads, erases the parameter records of a connected board, and saves what was tuned while it ran.
+//! `cargo xtask board`: shows, reads, erases the parameter records of a connected board, saves what was tuned while it ran, and sets its brown-out reset.
+//!
+//! Each action refuses a board whose servo outputs are on. It finds out by attaching, which halts the core for some milliseconds: [`crate::probe`].
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
 
 use crate::board::Board;
+use crate::option_bytes;
 use crate::probe::{self, Sector};
 use crate::record;
 use crate::shell;
@@ -35,6 +38,13 @@ pub(crate) enum Action {
         connected: Connected,
         #[command(flatten)]
         chosen: Chosen,
+    },
+    /// Set the level of the brown-out reset in the chip's option bytes; the board is reset
+    BrownOut {
+        #[command(flatten)]
+        connected: Connected,
+        #[command(flatten)]
+        options: option_bytes::Options,
     },
 }
 
@@ -76,7 +86,7 @@ pub(crate) struct Chosen {
     /// The sensors': the board then has one sensor with the published curve
     #[arg(long)]
     sensors: bool,
-    /// The robot's: the board then gives no pulse
+    /// The robot's: the board then runs the built-in robot, and warns of it
     #[arg(long)]
     robot: bool,
 }
@@ -98,34 +108,47 @@ pub(crate) fn board(action: &Action) -> Result<ExitCode> {
         Action::Read { connected, out, force } => read(connected.board, out, *force),
         Action::Save(tuned) => save(tuned),
         Action::Erase { connected, chosen } => erase(connected.board, chosen),
+        Action::BrownOut { connected: Connected { board }, options } => {
+            let folder = Workspace::open()?.target_dir.join("board");
+            probe::require_outputs_off(*board, &folder)?;
+            option_bytes::set(*board, options, &folder)?;
+            Ok(ExitCode::SUCCESS)
+        }
     }
+}
+
+/// The bytes of the three sectors of a board whose outputs are off.
+fn sectors(board: Board, folder: &Path) -> Result<[Vec<u8>; 3]> {
+    probe::require_outputs_off(board, folder)?;
+    probe::read_sectors(board, folder)
 }
 
 /// `footfall check` knows the records. The exit code is its own: 2 where a sector is damaged.
 fn info(board: Board) -> Result<ExitCode> {
     let workspace = Workspace::open()?;
     let folder = workspace.target_dir.join("board");
-    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let mut check = shell::command(workspace.footfall()?);
     check.current_dir(&folder).arg("check");
-    for sector in Sector::ALL {
+    for (sector, content) in Sector::ALL.into_iter().zip(sectors(board, &folder)?) {
         let file = format!("{}.bin", sector.name());
         let path = folder.join(&file);
-        std::fs::write(&path, probe::read(board, sector)?).with_context(|| format!("writing {}", path.display()))?;
+        std::fs::write(&path, content).with_context(|| format!("writing {}", path.display()))?;
         check.args(["--record", &file]);
     }
     let status = check.status().context("starting footfall check")?;
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
-fn read(board: Board, folder: &PathBuf, force: bool) -> Result<ExitCode> {
-    let paths = Sector::ALL.map(|sector| folder.join(sector.name()).with_extension("bin"));
+fn read(board: Board, out: &Path, force: bool) -> Result<ExitCode> {
+    let workspace = Workspace::open()?;
+    let out = workspace.started_in.join(out);
+    let paths = Sector::ALL.map(|sector| out.join(sector.name()).with_extension("bin"));
     if let Some(path) = paths.iter().find(|path| !force && path.exists()) {
         bail!("{} exists; choose another folder, or --force", path.display());
     }
     // All are read before one is written.
-    let contents = Sector::ALL.iter().map(|sector| probe::read(board, *sector)).collect::<Result<Vec<_>>>()?;
-    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    let contents = sectors(board, &workspace.target_dir.join("board"))?;
+    std::fs::create_dir_all(&out).with_context(|| format!("making {}", out.display()))?;
     for (path, content) in paths.iter().zip(contents) {
         std::fs::write(path, content).with_context(|| format!("writing {}", path.display()))?;
         eprintln!("written: {}", path.display());
@@ -159,10 +182,12 @@ fn save(tuned: &Tuned) -> Result<ExitCode> {
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let packed = folder.join("tuned.bin");
     record::pack(&workspace, &[out.into()], &packed)?;
+    probe::require_outputs_off(*board, &folder)?;
     probe::download(*board, Sector::Generator, &packed)?;
     let record = std::fs::read(&packed).with_context(|| format!("reading {}", packed.display()))?;
+    let [generator, ..] = probe::read_sectors(*board, &folder)?;
     ensure!(
-        probe::read(*board, Sector::Generator)?.starts_with(&record),
+        generator.starts_with(&record),
         "the generator's sector reads other bytes than were written; run `cargo xtask board info`, then write it again"
     );
     probe::reset(*board)?;
@@ -177,6 +202,7 @@ fn erase(board: Board, chosen: &Chosen) -> Result<ExitCode> {
     let workspace = Workspace::open()?;
     let folder = workspace.target_dir.join("board");
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+    probe::require_outputs_off(board, &folder)?;
     for sector in Sector::ALL.into_iter().filter(|sector| chosen.has(*sector)) {
         probe::erase(board, sector, &folder.join("erased.bin"))?;
         eprintln!("{} sector: erased; {}", sector.name(), sector.when_erased());

@@ -2,7 +2,7 @@
 //! USB boot loader. A Raspberry Pi Pico has a family of its own: [`crate::pico`].
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
@@ -96,6 +96,9 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
     // Each sector is a download of its own: that of the program does not erase them.
     let (written, kept) = options.sectors(board);
+    if !options.dfu {
+        option_bytes::say_level(board, &workspace.target_dir.join("board"))?;
+    }
     for (sector, content) in written {
         write(&workspace, board, options.dfu, sector, &content)?;
     }
@@ -103,8 +106,8 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         eprintln!("{} sector: kept as it is", sector.name());
     }
     if !options.dfu {
-        option_bytes::set_brown_out_reset(Path::new("probe-rs"), board)?;
-        return shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf));
+        eprintln!("the board's log follows; Ctrl-C ends it, and the program runs on. {}", probe::POWER_CYCLE);
+        return shell::replace_with(&mut probe::run(board.chip(), &image.elf)?);
     }
     let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;
     for part in image::flash_parts(&elf).with_context(|| format!("in {}", image.elf.display()))? {
@@ -113,8 +116,10 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         dfu::download(part.address, &file)?;
     }
     eprintln!(
-        "the boot loader's tool does not set the brown-out reset, without which the board does not arm: set it once with a probe \
-         (`cargo xtask flash`), or with `STM32_Programmer_CLI -c port=USB1 -ob BOR_LEV=0`"
+        "the boot loader's tool does not set the brown-out reset, whose level the log and the live view show: set it once with a probe \
+         (`cargo xtask board brown-out --board {}`), or with `STM32_Programmer_CLI -c port=USB1 -ob BOR_LEV={}`",
+        board.feature(),
+        option_bytes::wanted(board).field()
     );
     eprintln!("next: connect BOOT0 with GND and press reset; the board then runs the program");
     Ok(ExitCode::SUCCESS)

@@ -154,6 +154,15 @@ pub(crate) fn functions(elf: &[u8]) -> Result<Vec<(String, u32)>> {
     Ok(functions.into_iter().map(|(name, address)| (name, address & !1)).collect())
 }
 
+/// The boards that the image is for, by the symbols that `firmware/build.rs` makes: names of Cargo's features with `_` in place of `-`.
+pub(crate) fn board_symbols(elf: &[u8]) -> Result<Vec<String>> {
+    let found = symbols(elf, |name, _| name.starts_with(BOARD_SYMBOL))?;
+    Ok(found.into_iter().filter_map(|(name, _)| name.strip_prefix(BOARD_SYMBOL).map(str::to_owned)).collect())
+}
+
+/// How such a symbol begins.
+const BOARD_SYMBOL: &str = "__board_";
+
 /// Routines that compute in double precision: the Cortex-M4F does that in software, fifty times slower than in single precision.
 pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>> {
     let found = symbols(elf, |name, _| is_double_precision(name))?;
@@ -235,7 +244,7 @@ pub(crate) mod tests {
     }
 
     /// A file with a symbol table of functions, at the end: (name, value) each.
-    fn with_symbols(symbols: &[(&str, u32)]) -> Vec<u8> {
+    pub(crate) fn with_symbols(symbols: &[(&str, u32)]) -> Vec<u8> {
         // The first symbol has no name and no value.
         let size = (symbols.len() + 1) * SYMBOL;
         let mut file = elf(&[(0, 0, 0, 0), (2, 0, 0, size as u32), (3, 0, 0, 0)]);

@@ -29,6 +29,7 @@ mod progress;
 mod ratchet;
 mod record;
 mod run;
+mod run_image;
 mod seal;
 mod self_test;
 mod setup;
@@ -64,6 +65,9 @@ enum Task {
     Test(test::Options),
     /// Build the firmware and write it to a board: with probe-rs, through USB, or to the drive of a Pico
     Flash(flash::Options),
+    /// The runner of `cargo run` for a board: seal what cargo has built, write it and start it
+    #[command(hide = true)]
+    RunImage(run_image::Options),
     /// Show a connected board live, with its image: through probe-rs, another RTT server, or its serial port
     Watch(live::Options),
     /// Record every tick of a connected board: the same ways, with -o FILE
@@ -124,6 +128,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::Run(options) => run::run(&options),
         Task::Test(options) => test::test(&options),
         Task::Flash(options) => flash::flash(&options),
+        Task::RunImage(options) => run_image::run_image(&options),
         Task::Watch(options) => live::live(&options, live::Use::Watch),
         Task::Record(options) => live::live(&options, live::Use::Record),
         Task::Board { action } => board_sectors::board(&action),
