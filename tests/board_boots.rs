@@ -295,7 +295,7 @@ fn a_long_row_of_crashes_stays_locked_until_a_person_acts() {
 /// Ten dips of the supply that reset the board, without a gesture after the first boot: each boot is disarmed and stays so, and none counts as a crash.
 fn a_supply_that_drops_again_and_again_moves_no_pin_by_itself() {
     const DIPS: usize = 10;
-    let (_script, options) = series(DIPS, 1, "inject = { vdd = 2.7 }\nfor_ms = 20", "");
+    let (_script, options) = series(DIPS, 1, "inject = { vdd = 2.4 }\nfor_ms = 20", "");
     let ran = Board::find().run(options);
     let boots: Vec<(Reset, u32)> = ran
         .boots

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use firmware::board::GENERATOR_SECTOR;
+use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR};
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST, walk_options};
 use footfall_tests::limits::assert_in_time;
@@ -14,10 +14,11 @@ use footfall_tests::recordings::{default_trace, default_volts};
 use hgod_adc::Validity;
 use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{Cause, Frame, GeneratorConfig, RecordName, SENSORS, SupervisorState};
+use joint_loop::store::robot_record;
+use joint_loop::{Cause, Frame, GeneratorConfig, RecordName, RobotConfig, SENSORS, SupervisorState};
 use joint_units::Joint;
 use test_suite::{report, tests};
-use wire::{Conditions, Reset, Subject};
+use wire::{BrownOut, Conditions, Reset, Subject, Warnings};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -33,8 +34,8 @@ fn main() -> ExitCode {
         a_contact_that_is_open_half_the_time_is_in_the_log(Image),
         a_changed_register_is_a_fault(Image),
         a_faster_trigger_is_a_fault_or_a_reset(Image),
-        without_a_brown_out_reset_the_board_does_not_arm(Image),
-        a_low_level_of_the_brown_out_reset_refuses_arming(Image),
+        another_level_of_the_brown_out_reset_is_a_warning(Image, BlackPillImage),
+        a_robot_that_demands_a_brown_out_reset_does_not_arm_without_one(Image),
         another_crystal_keeps_the_board_off(Image),
         a_state_of_some_milliseconds_is_in_the_log(Image),
     ])
@@ -416,27 +417,55 @@ fn is_a_fault(name: &str, feed: &OsString, change: &[&str]) {
     assert!(last <= 3.006, "{name}: a pulse at {last} s");
 }
 
-/// As in a chip that was not flashed by `cargo xtask flash`: no press arms, and the refusal says what to do.
-fn without_a_brown_out_reset_the_board_does_not_arm() {
-    let ran = Board::find().run(["--no-brown-out-reset", "--press", "0.3", "--secs", "2"]);
-    let boot = &ran.boots[0];
-    assert!(ran.pulses.is_empty() && boot.ticks.iter().all(|tick| !tick.state.moving()));
-    let [refused] = boot.refused.as_slice() else { panic!("{:?}", boot.refused) };
-    assert_eq!(refused.subject, Subject::Arming);
-    assert!(refused.reason.contains("brown-out reset is off") && refused.reason.contains("cargo xtask flash"));
+/// A robot record, as an option of the virtual board; the file is in this folder.
+fn robot_option(folder: &Path, require_brown_out_reset: bool) -> String {
+    let robot = RobotConfig { require_brown_out_reset, ..RobotConfig::default_biped() };
+    let file = folder.join("robot.bin");
+    std::fs::write(&file, robot_record::record_of(&robot, &RecordName::BUILT_IN).bytes()).expect("written");
+    format!("{ROBOT_SECTOR:#010x}={}", file.display())
 }
 
-/// Both levels below the one that `cargo xtask flash` sets let the chip run where its flash is too slow.
-fn a_low_level_of_the_brown_out_reset_refuses_arming() {
-    for (level, volts) in [("1", "2.1 V"), ("2", "2.4 V")] {
-        let ran = Board::find().run(walk_options(2.0, &["--brown-out-level", level]));
-        assert!(ran.pulses.is_empty(), "level {level}");
-        let [refused] = &ran.boots[0].refused[..] else { panic!("{:?}", ran.boots[0].refused) };
-        let words = format!("the brown-out reset is at level {level}, {volts} in the option bytes; allowed is level 3");
-        assert!(refused.subject == Subject::Arming && refused.reason.starts_with(&words), "{}", refused.reason);
+/// Off as in a chip as delivered, too low and too high: the board walks, and says at the boot, at the arming and once a second what to do. With its own
+/// level it says nothing.
+fn another_level_of_the_brown_out_reset_is_a_warning() {
+    for (board, wanted, others) in [(Board::find(), 2_u8, [0, 1, 3]), (Board::black_pill(), 3, [0, 1, 2])] {
+        for level in others.into_iter().chain([wanted]) {
+            let number = level.to_string();
+            let option: &[&str] = if level == 0 { &["--no-brown-out-reset"] } else { &["--brown-out-level", &number] };
+            let ran = board.run(walk_options(2.0, option));
+            ran.assert_sound();
+            let boot = &ran.boots[0];
+            let BrownOut { level: seen, wanted: own } = boot.boot.as_ref().expect("a boot record").brown_out;
+            assert_eq!((seen, own), (level, wanted));
+            assert!(!ran.pulses.is_empty() && boot.refused.is_empty(), "level {level}: {:?}", boot.refused);
+            let words = format!(
+                "the brown-out reset is at level {level}, 0 is off; this board wants level {wanted}: `cargo xtask board brown-out` sets it"
+            );
+            let lines = boot.log.iter().filter(|line| **line == words).count();
+            assert_eq!(lines, if level == wanted { 0 } else { 2 }, "{:?}", boot.log);
+            let warnings = Warnings::BROWN_OUT.when(level != wanted);
+            assert!(!boot.environment.is_empty() && boot.environment.iter().all(|chip| chip.warnings == warnings));
+        }
     }
-    let ran = Board::find().run(walk_options(2.0, &["--brown-out-level", "3"]));
-    assert!(!ran.pulses.is_empty());
+}
+
+/// Only off is refused, only by a robot that demands it, and with the reason in words.
+fn a_robot_that_demands_a_brown_out_reset_does_not_arm_without_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (is_demanded, option, is_refused) in [
+        (true, &["--no-brown-out-reset"][..], true),
+        (true, &["--brown-out-level", "1"], false),
+        (false, &["--no-brown-out-reset"], false),
+    ] {
+        let robot = robot_option(folder.path(), is_demanded);
+        let ran = Board::find().run(walk_options(2.0, &[&["--flash", &robot], option].concat()));
+        assert_eq!(ran.pulses.is_empty(), is_refused, "{is_demanded} {option:?}");
+        let refused: Vec<_> =
+            ran.boots[0].refused.iter().map(|refused| (refused.subject, refused.reason.as_str())).collect();
+        let words =
+            "the brown-out reset is off, and the robot record demands it: `cargo xtask board brown-out` sets it";
+        assert_eq!(refused, if is_refused { vec![(Subject::Arming, words)] } else { vec![] });
+    }
 }
 
 /// The emergency stop closes some milliseconds after the press is accepted: the state `arming` lasts for a few ticks, between two frames of the log.

@@ -302,7 +302,7 @@ fn a_supply_that_drops_resets_the_board() {
     let ran = Board::find().converse(&[] as &[&str], |board| {
         let walking = walk(board, &inputs, 2_000);
         assert_eq!((&walking["armed"], &walking["rail"]), (&json!(true), &json!(true)));
-        let dropped = board.step(1_000, json!({"volts": {"VDD": 2.75}}));
+        let dropped = board.step(1_000, json!({"volts": {"VDD": 2.45}}));
         let boot = dropped.iter().find(|line| line["type"] == "boot").expect("a reset");
         assert_eq!(boot["cause"], "brown_out");
         assert!((boot["t_s"].as_f64().expect("a time") - 2.0).abs() < 1e-6, "{boot}");
@@ -395,7 +395,7 @@ fn the_answer_has_the_angles_of_modelled_servos() {
 
 fn a_script_of_faults_runs_beside_the_steps() {
     const SCRIPT: &str = "[[event]]\nname = \"the wire comes off\"\nat_s = 1.5\ninject = { volts = { pin = \"PA1\", volts = 0.0 } }\nfor_ms = 300\n\
-        [[event]]\nname = \"a dip\"\nat_s = 1.9\ninject = { vdd = 2.7 }\nfor_ms = 20\n";
+        [[event]]\nname = \"a dip\"\nat_s = 1.9\ninject = { vdd = 2.4 }\nfor_ms = 20\n";
     let folder = tempfile::tempdir().expect("a folder");
     let script = folder.path().join("script.toml");
     std::fs::write(&script, SCRIPT).expect("written");

@@ -1,4 +1,5 @@
-//! The board proves its program and its chip before it arms, on the virtual board: a bit that changes in flash, an image without a seal, another chip.
+//! The board proves its program and its chip before it arms, on the virtual board: a bit that changes in flash, another chip; an image without a seal arms
+//! with a warning.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,14 +14,15 @@ use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader as _};
 use object::{Endianness, Object as _, ObjectSection as _, ObjectSymbol as _};
 use test_suite::{report, tests};
-use wire::{Refused, Subject};
+use wire::{Refused, Subject, Warnings};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
         an_image_is_sealed_with_the_check_sum_of_its_bytes(Image, BlackPillImage),
         a_sound_program_is_proven_before_a_hold_can_end(Image, BlackPillImage),
         a_program_with_a_changed_bit_does_not_arm(Image),
-        an_image_without_a_seal_does_not_arm(Image),
+        an_image_without_a_seal_walks_and_warns(Image),
+        a_build_that_demands_a_seal_does_not_arm_without_one(NoSensorImage),
         a_bit_that_changes_in_a_walk_stops_it_by_the_ramp(Image),
         another_chip_is_refused_in_words(Image, BlackPillImage),
         neither_the_librarys_timer_driver_nor_its_sine_is_linked(ImageFiles),
@@ -178,18 +180,48 @@ fn a_program_with_a_changed_bit_does_not_arm() {
         report!("{what}: {}", refused.reason);
         assert!(refused.reason.contains("the program in flash was changed: check sum"), "{what}: {}", refused.reason);
     }
-    let mut changed = image.clone();
-    changed.flip(SEAL + 7, 7);
-    assert!(refusal(&changed.run(&[])).reason.contains("it would end at 0x8"));
+    for (address, words) in
+        [(SEAL + 7, "it would end at 0x8"), (SEAL, "its seal begins with 0x"), (SEAL + 3, "its seal begins with 0x")]
+    {
+        let mut changed = image.clone();
+        changed.flip(address, 7);
+        let reason = refusal(&changed.run(&[])).reason;
+        assert!(reason.contains(words), "{reason}");
+    }
 }
 
-/// As `cargo build` leaves it.
-fn an_image_without_a_seal_does_not_arm() {
-    let mut image = Elf::read("FOOTFALL_ELF");
+/// The image as `cargo build` leaves it.
+fn unsealed(variable: &str) -> Elf {
+    let mut image = Elf::read(variable);
     let place = image.place(SEAL);
     image.0[place..place + 4 * WORDS].fill(0xFF);
-    let refused = refusal(&image.run(&[]));
-    assert!(refused.reason.contains("cargo xtask flash"), "{}", refused.reason);
+    image
+}
+
+/// With its warning at the boot, in the boot record, at the arming, and once a second. The sealed one has none.
+fn an_image_without_a_seal_walks_and_warns() {
+    for (image, is_sealed) in [(unsealed("FOOTFALL_ELF"), false), (Elf::read("FOOTFALL_ELF"), true)] {
+        let ran = image.run(&[]);
+        ran.assert_sound();
+        let boot = &ran.boots[0];
+        assert_eq!(boot.boot.as_ref().expect("a boot record").sealed, Some(is_sealed));
+        assert_eq!(boot.ticks.last().expect("frames").state, SupervisorState::Walking);
+        assert!(!ran.pulses.is_empty() && boot.refused.is_empty(), "{:?}", boot.refused);
+        let lines = boot.log.iter().filter(|line| line.starts_with("the image has no seal"));
+        assert_eq!(lines.count(), if is_sealed { 0 } else { 2 }, "{:?}", boot.log);
+        let warnings = Warnings::UNSEALED.when(!is_sealed);
+        assert!(!boot.environment.is_empty() && boot.environment.iter().all(|chip| chip.warnings == warnings));
+    }
+}
+
+/// The feature `require-seal`: the same image with a seal walks.
+fn a_build_that_demands_a_seal_does_not_arm_without_one() {
+    let ran = unsealed("FOOTFALL_NO_SENSOR_ELF").run(&[]);
+    let refused = refusal(&ran);
+    assert!(refused.reason.contains("this build demands one"), "{}", refused.reason);
+    assert!(ran.boots[0].environment.iter().all(|chip| chip.warnings == Warnings::NONE), "a refusal is no warning");
+    let ran = Elf::read("FOOTFALL_NO_SENSOR_ELF").run(&[]);
+    assert_eq!(ran.boots[0].ticks.last().expect("frames").state, SupervisorState::Walking);
 }
 
 /// A half-word of the flash reads otherwise from a moment of the walk on, in the first and in the last bytes of the program: found within two passes.

@@ -77,7 +77,7 @@ fn the_script_of_the_page_does_what_it_says() {
     report!("supply dips at {dip} s, results are lost at {lost:?} s");
 }
 
-const DIP: &str = "[[event]]\nat_s = 1.5\ninject = { vdd = 2.7 }\nfor_ms = 20\n";
+const DIP: &str = "[[event]]\nat_s = 1.5\ninject = { vdd = 2.4 }\nfor_ms = 20\n";
 
 fn a_dip_resets_only_with_the_brown_out_reset() {
     for (options, causes) in [(&[][..], &["power_on", "brown_out"][..]), (&["--no-brown-out-reset"], &["power_on"])] {

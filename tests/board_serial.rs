@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         changes_at_random_phases_take_effect_as_acknowledged(Image),
         malformed_frames_are_counted_and_change_nothing(Image),
         no_request_arms_and_one_stops(Image),
+        the_line_has_room_for_the_default_rate_and_requests(Image),
         the_commands_of_footfall_use_the_port(Image),
         the_raw_log_is_watched_through_a_server(Image, Program),
         keys_of_the_live_screen_change_the_board_and_none_arms(Image, Program, Terminal),
@@ -168,6 +169,44 @@ fn no_request_arms_and_one_stops() {
     let stop = ran.boots[0].calls.iter().rev().find(|(_, call)| call.request.is_some()).expect("a stop").0;
     let stopped = ran.boots[0].ticks.iter().find(|frame| frame.tick > stop && frame.state == SupervisorState::Disarmed);
     assert!(stopped.expect("it stops").tick - stop <= 820);
+}
+
+/// At 1 Mbaud: with 100 frames a second nothing is dropped while requests come; with 1,000 a second what does not fit is counted, requests are still
+/// answered, and back at 100 nothing more is dropped.
+fn the_line_has_room_for_the_default_rate_and_requests() {
+    let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
+        let mut host = Host::open(&path);
+        host.until("walking", |host| host.state == SupervisorState::Walking);
+        let rate = |hz: i32| Action::Set { parameter: Parameter::RecordRate, thousandths: hz * 1_000 };
+        let speed = |thousandths| Action::Set { parameter: Parameter::Speed, thousandths };
+        for number in 1..=50 {
+            host.ask(number, speed(900 + i32::from(number)));
+            host.until("in effect", |host| host.answered(number, Outcome::InEffect));
+        }
+        host.wait(2_000);
+        assert_eq!(host.counts.not_sent, 0, "at the default rate");
+        host.ask(100, rate(1_000));
+        host.until("in effect", |host| host.answered(100, Outcome::InEffect));
+        let before = (host.frames, host.bytes, host.tick);
+        host.wait(4_000);
+        let seconds = f64::from(host.tick - before.2) * 1e-3;
+        let [frames_hz, bytes_hz] =
+            [host.frames - before.0, host.bytes - before.1].map(|count| f64::from(count) / seconds);
+        let not_sent = host.counts.not_sent;
+        report!("record_rate 1000: {frames_hz:.0} frames and {bytes_hz:.0} bytes a second, {not_sent} not sent in 4 s");
+        // Ten bits a byte.
+        assert!(bytes_hz < 100_500.0 && bytes_hz > 90_000.0, "{bytes_hz}");
+        assert!(frames_hz > 600.0 && not_sent > 0, "{frames_hz} frames a second, {not_sent} not sent");
+        host.ask(101, speed(1_000));
+        host.until("in effect", |host| host.answered(101, Outcome::InEffect));
+        host.ask(102, rate(100));
+        host.until("in effect", |host| host.answered(102, Outcome::InEffect));
+        host.wait(1_100);
+        let not_sent = host.counts.not_sent;
+        host.wait(3_000);
+        assert_eq!(host.counts.not_sent, not_sent, "back at the default rate");
+    });
+    ran.assert_sound();
 }
 
 fn the_commands_of_footfall_use_the_port() {

@@ -83,7 +83,7 @@ fn a_wrong_script_is_wrong_input() {
 }
 
 fn an_event_that_does_not_come_fails_the_run() {
-    let (code, _, messages) = scripted("[[event]]\nname = \"dip\"\nat_s = 4.0\ninject = { vdd = 2.7 }\n", "1");
+    let (code, _, messages) = scripted("[[event]]\nname = \"dip\"\nat_s = 4.0\ninject = { vdd = 2.4 }\n", "1");
     assert_eq!(code, Some(1), "{messages}");
     assert!(messages.contains("the run did not show the event `dip` (line 1): it was due at 4 s"), "{messages}");
 }

@@ -1,13 +1,16 @@
 //! The clock of the watchdog and an attached debugger, on the flashed image on the virtual board.
 //!
 //! The watchdog has an oscillator of its own, which the board measures at boot and once a minute: outside of what the watchdog's times are computed for the
-//! board does not arm, and a walk stops. A debugger may halt the core while timers and watchdog go on: the watchdog ends the pulses.
+//! board does not arm, and a walk stops. A debugger may halt the core: from the
+//! arming on timers and watchdog go on, and the watchdog ends the pulses; at rest they stand still with it.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use footfall_tests::board::{Board, Ran};
-use footfall_tests::gestures::walk_options;
+use footfall_tests::gestures::{hold, walk_options};
 use footfall_tests::limits::assert_in_time;
+use footfall_tests::recordings::default_volts_file;
 use joint_loop::{Cause, Debugger, GeneratorConfig, SupervisorState};
 use serde_json::Value;
 use test_suite::{report, tests};
@@ -20,6 +23,9 @@ fn main() -> ExitCode {
         a_clock_that_changes_stops_the_walk_within_a_minute(Image),
         a_debugger_is_recorded_and_reported(Image),
         a_halted_core_leaves_no_pulses(Image),
+        a_core_that_is_halted_at_rest_is_not_disturbed(Image),
+        a_halt_about_the_first_pulse_leaves_no_pulses(Image),
+        resets_of_the_watchdog_with_a_debugger_lock_nothing(Image),
         a_debugger_that_stops_the_watchdog_is_overruled(Image),
         a_debugger_that_stops_the_watchdog_last_repeats_the_last_pulses(Image),
         a_build_that_refuses_a_debugger_does_not_arm(NoSensorImage),
@@ -131,6 +137,81 @@ fn a_halted_core_leaves_no_pulses() {
             latest = latest.max(assert_reset_in_time(&ran, at));
         }
         report!("a halted core, LSI {hz} Hz: reset and supply off after {latest} us at most");
+    }
+}
+
+/// A script of halts: begin and length, ms.
+fn halts(halts: &[(f64, f64)]) -> tempfile::NamedTempFile {
+    let event = |(at_ms, for_ms): &(f64, f64)| {
+        format!("[[event]]\nat_s = {}\ninject = \"halt\"\nfor_ms = {for_ms}\n", at_ms * 1e-3)
+    };
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), halts.iter().map(event).collect::<String>()).expect("written");
+    file
+}
+
+/// As a probe halts the core to attach and to read: twenty times for 1 to 39 ms, then for a second. Watchdog and timers stand still with it: no reset, no
+/// tick is missed, no fault has to be acknowledged, and the next hold arms.
+fn a_core_that_is_halted_at_rest_is_not_disturbed() {
+    let short = (0..20_u8).map(|n| (500.0 + 60.37 * f64::from(n), 1.0 + 2.0 * f64::from(n)));
+    let script = halts(&short.chain([(1_900.0, 1_000.0)]).collect::<Vec<_>>());
+    let mut options: Vec<OsString> = ["--secs", "5", "--press", &hold(3.3), "--loop"].map(Into::into).to_vec();
+    options.extend(["--volts".into(), default_volts_file().into(), "--script".into(), script.path().into()]);
+    let ran = Board::find().run(options);
+    ran.assert_sound();
+    assert_replayed(&ran);
+    let boot = &ran.boots[0];
+    assert_eq!(boot.ticks.last().expect("frames").state, SupervisorState::Walking);
+    assert!(boot.ticks.iter().all(|tick| tick.state != SupervisorState::Fault));
+    // With the timers 1.4 s of the run did not happen for the program.
+    let ticks = boot.ticks.last().expect("frames").tick;
+    report!("halted for 1.4 s in all: {ticks} ticks in 5 s, none missed");
+    assert!((3_560..3_610).contains(&ticks), "{ticks}");
+    // One that is not let go on stays as it is.
+    let ran = Board::find().run(["--secs", "1.6", "--halt", "0.5"]);
+    assert_eq!((ran.boots.len(), ran.end.edges_before_arming), (1, 0), "{:?}", ran.end.resets);
+}
+
+/// Halted at moments from 24 ms before the first pulse to 4 ms after it: before the outputs go on nothing comes, and from then on the watchdog's reset ends
+/// the pulses as in a walk.
+fn a_halt_about_the_first_pulse_leaves_no_pulses() {
+    let board = Board::find();
+    let first = board.run(walk_options(0.6, &[])).pulses.first().expect("it arms").0;
+    let (mut at_rest, mut reset) = (0, 0);
+    for part in 0..56 {
+        let at = first - 0.024 + 0.000_513 * f64::from(part);
+        let ran = board.run(walk_options(0.6, &["--halt", &at.to_string()]));
+        if let [_, after] = &ran.boots[..] {
+            assert_in_time("H08", (after.t_s - at) * 1e3, "a halt about the first pulse");
+            assert!(ran.pulses.iter().all(|(t_s, _)| *t_s <= after.t_s), "{at} s");
+            reset += 1;
+        } else {
+            assert!(ran.pulses.is_empty() && ran.boots.len() == 1, "{at} s: {:?}", ran.end.resets);
+            at_rest += 1;
+        }
+    }
+    report!("halts about the first pulse: {at_rest} at rest, {reset} reset");
+    assert!(at_rest > 3 && reset > 20, "{at_rest} at rest, {reset} reset");
+}
+
+/// Five halts, each in an armed board: each is reset by the watchdog and reported, none counts as a crash, and the next hold arms.
+fn resets_of_the_watchdog_with_a_debugger_lock_nothing() {
+    const APART_MS: f64 = 800.0;
+    let script = halts(&(1..=5_u8).map(|n| (APART_MS * f64::from(n), 100.0)).collect::<Vec<_>>());
+    let mut options: Vec<OsString> = ["--secs", "4.8", "--debugger", "--script"].map(Into::into).to_vec();
+    options.extend([script.path().into(), "--loop".into(), "--volts".into(), default_volts_file().into()]);
+    for n in 0..6_u8 {
+        let from_s = APART_MS * 1e-3 * f64::from(n) + if n == 0 { 0.0 } else { 0.03 };
+        options.extend(["--emergency-stop".into(), format!("{:.3}:0.024", from_s + 0.06).into()]);
+        options.extend(["--press".into(), format!("{:.3}:0.304", from_s + 0.1).into()]);
+    }
+    let ran = Board::find().run(options);
+    let boots: Vec<_> = ran.boots.iter().map(|boot| boot.boot.as_ref().expect("a boot record")).collect();
+    let seen: Vec<_> = boots.iter().map(|boot| (boot.reset, boot.streak)).collect();
+    assert_eq!(seen, [&[(Reset::PowerOn, 0)][..], &[(Reset::IndependentWatchdog, 0); 5]].concat());
+    for boot in &ran.boots {
+        assert!(boot.ticks.iter().any(|tick| tick.state.moving()), "armed after {}", boot.t_s);
+        assert!(boot.refused.is_empty(), "{:?}", boot.refused);
     }
 }
 

@@ -39,6 +39,19 @@ fn disarmed_and_armed_boards_show_it() {
     let (lamps, ran) = run(&board, 4.0, &["--press", ARM]);
     lamps.assert_shown(Shown::Armed, 500);
     assert!(!ran.pulses.is_empty());
+    // The sector of the robot is erased: the built-in robot walks.
+    let (_file, sector) = sector(ROBOT_SECTOR, &[0xFF; 16]);
+    let (lamps, ran) = run(&board, 4.0, &["--press", ARM, "--flash", &sector]);
+    lamps.assert_shown(Shown::ArmedBuiltIn, 500);
+    assert!(!ran.pulses.is_empty());
+}
+
+/// These bytes as an option of the virtual board, and their file.
+fn sector(address: u32, bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    let option = format!("{address:#010x}={}", file.path().display());
+    (file, option)
 }
 
 fn shadow_mode_shows_it() {
@@ -68,12 +81,6 @@ fn repeated_crashes_show_the_lock_out() {
 /// Clock, records and configuration; the button does nothing.
 fn a_board_that_stays_off_shows_why() {
     let board = Board::find();
-    let folder = tempfile::tempdir().unwrap();
-    let sector = |name: &str, address: u32, bytes: &[u8]| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        format!("{address:#010x}={}", path.display())
-    };
     let damaged = [0; 16];
     // A follower of the left hip, and a sensor on the left knee.
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../samples");
@@ -81,22 +88,17 @@ fn a_board_that_stays_off_shows_why() {
     let follower = generator_record::record_of(&follower, &RecordName::BUILT_IN);
     let defaults = Parameters::with_defaults(None, None, RobotConfig::default_biped()).unwrap();
     let knee = sensor_record::record_of(&defaults.sensors, &RecordName::BUILT_IN);
-    for (subject, options) in [
-        (Subject::Clock, vec!["--hse-dead".to_owned()]),
-        (Subject::GeneratorRecord, vec!["--flash".into(), sector("generator", GENERATOR_SECTOR, &damaged)]),
-        (Subject::SensorRecord, vec!["--flash".into(), sector("sensors", SENSORS_SECTOR, &damaged)]),
-        (Subject::RobotRecord, vec!["--flash".into(), sector("robot", ROBOT_SECTOR, &[0xFF; 16])]),
-        (
-            Subject::Configuration,
-            vec![
-                "--flash".into(),
-                sector("follower", GENERATOR_SECTOR, follower.bytes()),
-                "--flash".into(),
-                sector("knee", SENSORS_SECTOR, knee.bytes()),
-            ],
-        ),
+    for (subject, sectors) in [
+        (Subject::Clock, vec![]),
+        (Subject::GeneratorRecord, vec![(GENERATOR_SECTOR, &damaged[..])]),
+        (Subject::SensorRecord, vec![(SENSORS_SECTOR, &damaged)]),
+        (Subject::RobotRecord, vec![(ROBOT_SECTOR, &damaged)]),
+        (Subject::Configuration, vec![(GENERATOR_SECTOR, follower.bytes()), (SENSORS_SECTOR, knee.bytes())]),
     ] {
-        let options: Vec<&str> = options.iter().map(String::as_str).chain(["--press", "1"]).collect();
+        let files: Vec<_> = sectors.iter().map(|(address, bytes)| sector(*address, bytes)).collect();
+        let mut options = vec!["--press", "1"];
+        options.extend(files.iter().flat_map(|(_, option)| ["--flash", option]));
+        options.extend((subject == Subject::Clock).then_some("--hse-dead"));
         let (lamps, ran) = run(&board, 8.0, &options);
         assert_eq!(ran.boots[0].refused.iter().map(|refused| refused.subject).collect::<Vec<_>>(), [subject]);
         // Without the crystal the core waits for it at 16 MHz, a tenth of a second and more.

@@ -77,25 +77,6 @@ fn the_page_has_the_lamps_of_the_firmware() {
 }
 
 #[test]
-fn the_drawing_of_the_wiring_has_the_pins_of_the_board_files() {
-    let drawing = read("docs/wiring.svg");
-    let [discovery, nucleo, pill] = BOARDS;
-    for (one, other) in discovery.servos.iter().zip(&nucleo.servos) {
-        assert!(drawing.contains(&format!(">{one} / {other}<")), "{one} / {other}");
-    }
-    for pin in [discovery.sensors[0].pin, discovery.emergency_stop, discovery.servo_rail] {
-        assert!(drawing.contains(&format!(">{pin}<")), "{pin}");
-    }
-    assert!(discovery.sensors == nucleo.sensors && discovery.emergency_stop == nucleo.emergency_stop);
-    assert_eq!(discovery.servo_rail, nucleo.servo_rail);
-    assert_eq!(
-        (pill.servos, pill.sensors[0].pin, pill.emergency_stop),
-        (nucleo.servos, nucleo.sensors[0].pin, nucleo.emergency_stop)
-    );
-    assert!(drawing.contains(&format!("but {} for {}<", pill.servo_rail, nucleo.servo_rail)));
-}
-
-#[test]
 fn the_table_of_pins_is_that_of_the_board_files() {
     let table = read("docs/boards.md");
     let (rows, wrong) = differences(&table);

@@ -25,7 +25,7 @@ use std::io::{BufRead, BufReader};
 use std::process::ExitCode;
 use std::process::{Command, Stdio};
 use test_suite::{report, tests};
-use wire::{RecordId, Reset};
+use wire::{RecordId, Reset, Warnings};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -47,6 +47,7 @@ fn main() -> ExitCode {
         the_board_runs_the_generator_of_its_parameter_sector(Image),
         a_broken_parameter_sector_keeps_the_outputs_off(Image),
         the_board_runs_the_robot_of_its_record(Image),
+        without_a_robot_record_the_built_in_robot_walks_and_the_board_warns(Image),
         without_a_whole_robot_record_the_outputs_stay_off(Image),
         a_stalled_reader_of_the_log_delays_no_tick(Image),
         the_program_reports_the_run_with_two_equal_hashes(Image, Program),
@@ -669,7 +670,28 @@ fn the_board_runs_the_robot_of_its_record() {
     }
 }
 
-/// An erased sector, half a record, a record without its commit word, and a sound record of a robot that no servo reaches.
+/// An erased sector: the built-in robot walks, and the board says so at the boot, at the arming and once a second; its records name it.
+fn without_a_robot_record_the_built_in_robot_walks_and_the_board_warns() {
+    let (_file, download) = sector_at(ROBOT_SECTOR, &[0xFF; 16]);
+    let ran = Board::find().run(options(3.0, &[ARM], &["--flash", &download]));
+    assert_regular(&ran);
+    let boot = only(&ran);
+    let built_in = robot_record::record_of(&RobotConfig::default_biped(), &RecordName::BUILT_IN);
+    let record = boot.boot.as_ref().unwrap();
+    assert_eq!(record.robot, Some(RecordId::new("built-in", built_in.crc())));
+    assert_eq!(boot.ticks.last().unwrap().state, SupervisorState::Walking);
+    assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{:?}", ran.books.differences);
+    let lines = boot.log.iter().filter(|line| line.starts_with("no robot record: the built-in robot walks")).count();
+    assert_eq!(lines, 2, "{:?}", boot.log);
+    assert!(
+        !boot.environment.is_empty() && boot.environment.iter().all(|chip| chip.warnings == Warnings::BUILT_IN_ROBOT)
+    );
+    // The same robot from a record is no reason for a warning.
+    let ran = Board::find().run(options(2.0, &[ARM], &[]));
+    assert!(only(&ran).environment.iter().all(|chip| chip.warnings == Warnings::NONE));
+}
+
+/// Half a record, a record without its commit word, and a sound record of a robot that no servo reaches.
 fn without_a_whole_robot_record_the_outputs_stay_off() {
     let board = Board::find();
     let record = |robot| robot_record::record_of(&robot, &RecordName::BUILT_IN);
@@ -677,7 +699,6 @@ fn without_a_whole_robot_record_the_outputs_stay_off() {
     let mut far = RobotConfig::default_biped();
     far.servos[1].micros_per_radian = 1_500.0;
     for (bytes, words) in [
-        (&[0xFF; 16][..], "robot_record refused: no robot record; `cargo xtask flash` writes one"),
         (&good.bytes()[..100], "robot_record refused: damaged: commit word ffffffff"),
         (&good.bytes()[..good.bytes().len() - 4], "robot_record refused: damaged: commit word ffffffff"),
         (record(far).bytes(), "robot_record refused: gate.range[right_hip] needs a pulse of"),

@@ -92,7 +92,8 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     let usb = clocks::start();
     stopwatch::start();
     lamps::start();
-    let Built { joint_loop, check, boot, unnamed, sensors } = build_loop(&last_run);
+    let Built { joint_loop, check, boot, unnamed, sensors, built_in_robot, lacks_brown_out_reset } =
+        build_loop(&last_run);
     let outputs = Outputs::new();
     BOARD.sync_output.set(false);
     BOARD.sync_output.make_output();
@@ -127,7 +128,8 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         conditions: conditions_in,
         ticks_to_settings: 1,
         ticks_to_record: FIRST_RECORD,
-        locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::wrong_brown_out_reset().is_some(),
+        locked_out: last_run.streak >= LOCKOUT_STREAK || lacks_brown_out_reset,
+        built_in_robot,
         pacer: Pacer::default(),
         compared: 0,
         ticks_to_frame: TICKS_A_FRAME,
@@ -151,6 +153,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     });
 
     let (mut port, tasks) = serial::start(usb, requests_in);
+    let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
     port.send(&Record::Boot(boot));
     let telemetry = TELEMETRY.init(Telemetry {
         port,
@@ -172,6 +175,8 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         frames_to_line: FRAMES_A_LINE,
         truncated: 0,
         program: ProgramCheck::new(),
+        warnings,
+        brown_out,
         refused_clock: None,
     });
     (telemetry, tasks)
@@ -185,6 +190,8 @@ struct Built {
     /// Check sums of the generator's and the robot's parameters.
     unnamed: [u32; 2],
     sensors: usize,
+    built_in_robot: bool,
+    lacks_brown_out_reset: bool,
 }
 
 /// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
@@ -193,10 +200,11 @@ fn build_loop(last_run: &LastRun) -> Built {
     let loaded = parameters::read(&PARAMETERS);
     let boot = log::boot(last_run, REFERENCE, loaded.as_ref().ok());
     protections::report();
-    let (parameters, unnamed) = match &loaded {
-        Ok(loaded) => (loaded.parameters, loaded.unnamed),
+    let loaded = match &loaded {
+        Ok(loaded) => loaded,
         Err(error) => stay_off(error.subject(), error),
     };
+    let parameters = loaded.parameters;
     if parameters.generator.follows().is_some() {
         stay_off(Subject::GeneratorRecord, NO_FOLLOWER);
     }
@@ -218,7 +226,15 @@ fn build_loop(last_run: &LastRun) -> Built {
                 // The loop has built the same servo maps.
                 Err(refusal) => stay_off(Subject::Configuration, refusal),
             };
-            Built { joint_loop, check, boot, unnamed, sensors: parameters.sensors.count() }
+            Built {
+                joint_loop,
+                check,
+                boot,
+                unnamed: loaded.unnamed,
+                sensors: parameters.sensors.count(),
+                built_in_robot: loaded.built_in_robot,
+                lacks_brown_out_reset: loaded.lacks_brown_out_reset(),
+            }
         }
         Err(refusal) => stay_off(Subject::Configuration, refusal),
     }

@@ -5,6 +5,7 @@ use embassy_rp::pac::clocks::vals::ClkSysCtrlSrc;
 use embassy_rp::peripherals::USB;
 use embassy_rp::{Peri, pac};
 use firmware_rp2040::timing::CORE_MHZ;
+use wire::BrownOut;
 
 /// Starts the crystal, both PLLs and the microseconds of TIMER. It waits for the crystal: without one the board stays here, dark, its outputs off.
 /// Returns the one peripheral that the HAL drives; the program drives the others by registers.
@@ -20,7 +21,10 @@ pub(crate) fn is_as_started() -> bool {
     pac::CLOCKS.clk_sys_ctrl().read().src() == ClkSysCtrlSrc::CLKSRC_CLK_SYS_AUX && pac::PLL_SYS.cs().read().lock()
 }
 
-/// What is wrong with the detector that resets the chip when the core's voltage falls: it may be off. It does not watch the 3.3 V.
-pub(crate) fn wrong_brown_out_reset() -> Option<&'static str> {
-    (!pac::VREG_AND_CHIP_RESET.bod().read().en()).then_some("off")
+/// What switches the detector below on again.
+pub(crate) const BROWN_OUT_HELP: &str = "a reset switches it on";
+
+/// The detector that resets the chip when the core's voltage falls: 1 is on. It does not watch the 3.3 V.
+pub(crate) fn brown_out() -> BrownOut {
+    BrownOut { level: pac::VREG_AND_CHIP_RESET.bod().read().en().into(), wanted: 1 }
 }

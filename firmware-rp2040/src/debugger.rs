@@ -13,3 +13,8 @@ const _: () = assert!(
 pub(crate) const fn attached() -> Debugger {
     Debugger::Absent
 }
+
+/// Not known: no.
+pub(crate) const fn catches() -> bool {
+    false
+}

@@ -2,9 +2,21 @@
 
 use core::convert::Infallible;
 
+use crate::variant::SEAL_REQUIRED;
+
+const _: () = assert!(
+    !SEAL_REQUIRED,
+    "this chip's program does not check itself: it cannot demand a seal; build without `require-seal`"
+);
+
 /// Whether the board may not arm because of it: never.
 pub(crate) const fn is_unproven() -> bool {
     false
+}
+
+/// Whether the image has a seal: no image of this chip has one.
+pub(crate) const fn sealed() -> Option<bool> {
+    None
 }
 
 /// Whether the program is known to be wrong: never.

@@ -12,12 +12,13 @@ use crate::board::BOARD;
 use firmware_shared::post_mortem::LOCKOUT_STREAK;
 use heapless::String;
 use joint_units::AdcCode;
-use wire::{Boot, Record, Refused, Subject, VERSION};
+use wire::{Boot, BrownOut, Record, Refused, Subject, VERSION, Warnings};
 
-use crate::clocks::wrong_brown_out_reset;
+use crate::clocks;
 use crate::faults::LastRun;
 use crate::parameters::Loaded;
-use crate::variant::{SENSOR_REQUIRED, SHADOW};
+use crate::program;
+use crate::variant::{SEAL_REQUIRED, SENSOR_REQUIRED, SHADOW};
 
 /// Reports the boot, and returns its record; `loaded` is `None` if the parameters were refused, which is reported next.
 pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loaded>) -> Boot {
@@ -38,6 +39,8 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
         robot: loaded.map(|loaded| loaded.robot.clone()),
         shadow: SHADOW,
         last_outputs: last.outputs,
+        sealed: program::sealed(),
+        brown_out: clocks::brown_out(),
     };
     lines::boot(&boot);
     send(&Record::Boot(boot.clone()));
@@ -54,16 +57,27 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
             ),
         );
     }
-    if let Some(wrong) = wrong_brown_out_reset() {
-        // The firmware does not write option bytes: `cargo xtask flash` does.
+    if loaded.is_some_and(Loaded::lacks_brown_out_reset) {
         refused(
             Subject::Arming,
-            format_args!(
-                "the brown-out reset is {wrong} in the option bytes; allowed is level 3: flash with `cargo xtask flash` and a probe, which sets it"
-            ),
+            format_args!("the brown-out reset is off, and the robot record demands it: {}", clocks::BROWN_OUT_HELP),
         );
     }
+    warn(warnings(&boot, loaded.is_some_and(|loaded| loaded.built_in_robot)), boot.brown_out);
     boot
+}
+
+/// What a boot warns of and arms all the same.
+pub(crate) fn warnings(boot: &Boot, built_in_robot: bool) -> Warnings {
+    Warnings::UNSEALED
+        .when(boot.sealed == Some(false) && !SEAL_REQUIRED)
+        .with(Warnings::BROWN_OUT.when(!boot.brown_out.is_right()))
+        .with(Warnings::BUILT_IN_ROBOT.when(built_in_robot))
+}
+
+/// Says each of these in words: at the boot, and again whenever the board arms.
+pub(crate) fn warn(warnings: Warnings, brown_out: BrownOut) {
+    warnings.each().for_each(|one| lines::warning(one, brown_out));
 }
 
 /// Reports a refusal with its reason.
@@ -99,8 +113,9 @@ mod lines {
     use firmware_shared::post_mortem::Cause;
     use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
-    use wire::{Boot, Change, Frame, LastOutputs, RecordId, Refused};
+    use wire::{Boot, BrownOut, Change, Frame, LastOutputs, RecordId, Refused, Warnings};
 
+    use crate::clocks::BROWN_OUT_HELP;
     use crate::faults::LastRun;
 
     defmt::timestamp!("{=u64:us}", crate::stopwatch::log_us());
@@ -171,6 +186,28 @@ mod lines {
         }
         if last.on {
             defmt::warn!("the reset came while the outputs were on: up to 4 servo pulses cut short by it");
+        }
+    }
+
+    /// What the board warns of.
+    pub(super) fn warning(warning: Warnings, BrownOut { level, wanted }: BrownOut) {
+        match warning {
+            Warnings::UNSEALED => defmt::warn!(
+                "the image has no seal: its program is not checked; `cargo xtask flash` and the runner of `cargo run` write one"
+            ),
+            Warnings::BROWN_OUT => defmt::warn!(
+                "the brown-out reset is at level {=u8}, 0 is off; this board wants level {=u8}: {=str}",
+                level,
+                wanted,
+                BROWN_OUT_HELP
+            ),
+            Warnings::BUILT_IN_ROBOT => {
+                defmt::warn!("no robot record: the built-in robot walks; `cargo xtask flash --robot` writes yours")
+            }
+            Warnings::CATCHES => defmt::warn!(
+                "a debugger halts the core in a fault or after a reset, and no handler runs: end its program, then switch the board off and on"
+            ),
+            _ => {}
         }
     }
 
@@ -270,7 +307,7 @@ mod lines {
     use firmware_shared::liveness::Part;
     use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
-    use wire::{Boot, Change, Frame, LastOutputs, Refused};
+    use wire::{Boot, BrownOut, Change, Frame, LastOutputs, Refused, Warnings};
 
     use crate::faults::LastRun;
 
@@ -278,6 +315,7 @@ mod lines {
     pub(super) fn boot(_boot: &Boot) {}
     pub(super) fn crash(_last: &LastRun) {}
     pub(super) fn last_outputs(_last: &LastOutputs) {}
+    pub(super) fn warning(_warning: Warnings, _brown_out: BrownOut) {}
     pub(crate) fn armed_with_debugger() {}
     pub(super) fn refused(_refused: &Refused) {}
     pub(crate) fn stalled(_part: Part, _how: &'static str) {}

@@ -1,5 +1,5 @@
-//! Reads the board's parameters: generator, sensors and robot, each from a flash sector of its own. Where the sector is erased, generator and
-//! sensors are the built-in ones; there is no built-in robot.
+//! Reads the board's parameters: generator, sensors and robot, each from a flash sector of its own. Where the sector is erased,
+//! they are the built-in ones. The built-in robot fits few: the board says that it runs it, in the log, in its records and by its lamp.
 
 use crate::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
 use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
@@ -7,6 +7,8 @@ use joint_loop::store::{generator_record, robot_record, sensor_record};
 use joint_loop::{GeneratorConfig, RecordName, RobotConfig};
 use static_cell::StaticCell;
 use wire::{RecordId, Subject};
+
+use crate::clocks;
 
 const _: () = assert!(
     generator_record::MAX_BYTES <= SECTOR_BYTES
@@ -20,6 +22,8 @@ pub(crate) struct Loaded {
     pub(crate) generator: RecordId,
     pub(crate) sensors: RecordId,
     pub(crate) robot: RecordId,
+    /// The third sector is erased: the robot is [`RobotConfig::default_biped`].
+    pub(crate) built_in_robot: bool,
     /// Check sums of the generator's and the robot's parameters, whatever their records are called: of records with the name `built-in`.
     pub(crate) unnamed: [u32; 2],
 }
@@ -32,10 +36,15 @@ pub(crate) enum NoParameters {
     Sensors(sensor_record::SensorRecordError),
     /// The third sector is neither erased nor a robot record.
     Robot(robot_record::RobotRecordError),
-    /// The third sector is erased.
-    NoRobot,
     /// The built-in parameters are refused.
     BuiltIn(BoardLoopError),
+}
+
+impl Loaded {
+    /// Whether the robot demands a brown-out reset, and it is off: the board does not arm.
+    pub(crate) fn lacks_brown_out_reset(&self) -> bool {
+        self.parameters.robot.require_brown_out_reset && clocks::brown_out().level == 0
+    }
 }
 
 impl NoParameters {
@@ -44,7 +53,7 @@ impl NoParameters {
         match self {
             Self::Generator(_) => Subject::GeneratorRecord,
             Self::Sensors(_) => Subject::SensorRecord,
-            Self::Robot(_) | Self::NoRobot => Subject::RobotRecord,
+            Self::Robot(_) => Subject::RobotRecord,
             Self::BuiltIn(_) => Subject::Configuration,
         }
     }
@@ -56,26 +65,27 @@ impl core::fmt::Display for NoParameters {
             Self::Generator(error) => write!(f, "{error}"),
             Self::Sensors(error) => write!(f, "{error}"),
             Self::Robot(error) => write!(f, "{error}"),
-            Self::NoRobot => f.write_str("no robot record; `cargo xtask flash` writes one"),
             Self::BuiltIn(refusal) => write!(f, "{refusal}"),
         }
     }
 }
 
-/// Reads the three sectors; `place` gets the parameters. Only a sector that is erased from end to end selects the built-in generator or sensors;
+/// Reads the three sectors; `place` gets the parameters. Only a sector that is erased from end to end selects what is built in;
 /// one with other contents is an error, because this board was set up for others.
 ///
 /// Each part is read by a function that is not inlined and written to its place at once: the parameters are large, and copies of them would
 /// take more of the stack than everything else. This function is not inlined either: its copies would stay while the loop is built.
 #[inline(never)]
 pub(crate) fn read(place: &'static StaticCell<Parameters>) -> Result<Loaded, NoParameters> {
-    let (robot_config, robot) = read_robot()?;
+    let (robot_config, stored_robot) = read_robot()?;
     let parameters = place.init(built_in(robot_config)?);
     let stored = read_generator(&mut parameters.generator)?;
     let unnamed = [unnamed_generator(&parameters.generator), unnamed_robot(&parameters.robot)];
     let generator = stored.unwrap_or_else(|| id(&RecordName::BUILT_IN, unnamed[0]));
     let sensors = read_sensors(parameters)?;
-    Ok(Loaded { parameters, generator, sensors, robot, unnamed })
+    let built_in_robot = stored_robot.is_none();
+    let robot = stored_robot.unwrap_or_else(|| id(&RecordName::BUILT_IN, unnamed[1]));
+    Ok(Loaded { parameters, generator, sensors, robot, built_in_robot, unnamed })
 }
 
 fn id(name: &RecordName, crc: u32) -> RecordId {
@@ -88,9 +98,9 @@ fn built_in(robot: RobotConfig) -> Result<Parameters, NoParameters> {
 }
 
 #[inline(never)]
-fn read_robot() -> Result<(RobotConfig, RecordId), NoParameters> {
-    let stored = robot_record::read(sector(ROBOT_SECTOR)).map_err(NoParameters::Robot)?.ok_or(NoParameters::NoRobot)?;
-    Ok((stored.robot, id(&stored.name, stored.crc)))
+fn read_robot() -> Result<(RobotConfig, Option<RecordId>), NoParameters> {
+    let stored = robot_record::read(sector(ROBOT_SECTOR)).map_err(NoParameters::Robot)?;
+    Ok(stored.map_or((RobotConfig::default_biped(), None), |stored| (stored.robot, Some(id(&stored.name, stored.crc)))))
 }
 
 #[inline(never)]

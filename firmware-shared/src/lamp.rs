@@ -8,13 +8,14 @@
 //! | four flashes of 50 ms every 2 s | pulses | after a boot: press the emergency stop and release it, then the button arms |
 //! | three flashes of 50 ms every 2 s | pulses | ready to trim: the button begins the trim of a servo |
 //! | lit | pulses | armed, or in a trim: the servos get pulses |
+//! | lit, with a gap of 100 ms every second | pulses | the same with the built-in robot: the board has no robot record |
 //! | two flashes of 50 ms every 2 s | pulses | armed in shadow mode: everything runs, no pulses |
 //! | 100 ms lit, 100 ms dark | fault | fault: the button acknowledges it |
-//! | 1 s lit, 1 s dark | fault | locked out after repeated crashes, until a reset by hand or a power cycle, or because the brown-out reset is not at level 3, the watchdog's clock is wrong, or the program in flash was changed: the button does not arm |
+//! | 1 s lit, 1 s dark | fault | locked out after repeated crashes, until a reset by hand or a power cycle, or because the robot demands a brown-out reset that is off, the watchdog's clock is wrong, or the program in flash was changed: the button does not arm |
 //! | 2 flashes of 200 ms every 3.2 s | fault | stays off: the crystal did not start, or has another frequency than the image is for |
 //! | 3 flashes | fault | stays off: the generator's record |
 //! | 4 flashes | fault | stays off: the sensors' record |
-//! | 5 flashes | fault | stays off: the robot's record, or there is none |
+//! | 5 flashes | fault | stays off: the robot's record |
 //! | 6 flashes | fault | stays off: generator, sensors, robot and chip do not fit together |
 
 use wire::Subject;
@@ -30,6 +31,8 @@ pub enum Shown {
     TrimReady,
     /// The servos get pulses.
     Armed,
+    /// The servos get pulses by the built-in robot.
+    ArmedBuiltIn,
     /// Armed, and shadow mode withholds the pulses.
     Shadow,
     /// No pulses until the button acknowledges the fault.
@@ -82,6 +85,7 @@ impl Shown {
             }
             Self::TrimReady => Pattern { lamp: Lamp::Pulses, flashes: 3, lit_ms: 50, step_ms: 250, period_ms: 2_000 },
             Self::Armed => Pattern::even(Lamp::Pulses, 1_000, 1_000),
+            Self::ArmedBuiltIn => Pattern::even(Lamp::Pulses, 900, 1_000),
             Self::Shadow => Pattern { lamp: Lamp::Pulses, flashes: 2, lit_ms: 50, step_ms: 250, period_ms: 2_000 },
             Self::Fault => Pattern::even(Lamp::Fault, 100, 200),
             Self::LockedOut | Self::Off(Subject::Arming) => Pattern::even(Lamp::Fault, 1_000, 2_000),
@@ -114,11 +118,12 @@ impl Shown {
 mod tests {
     use super::*;
 
-    const ALL: [Shown; 12] = [
+    const ALL: [Shown; 13] = [
         Shown::Disarmed,
         Shown::StopUntested,
         Shown::TrimReady,
         Shown::Armed,
+        Shown::ArmedBuiltIn,
         Shown::Shadow,
         Shown::Fault,
         Shown::LockedOut,

@@ -5,11 +5,13 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::NVIC;
 use embassy_stm32::Config;
 use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_stm32::pac::flash::vals::Latency;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
 use embassy_stm32::time::Hertz;
 use firmware::board::{BOARD, ClockTree, Hse};
 use firmware::crystal::HseFault;
+use wire::BrownOut;
 
 use crate::crystal_timer;
 
@@ -84,6 +86,7 @@ pub(crate) fn start() -> Result<(), HseFault> {
     let _ = embassy_stm32::init(config);
     interrupts_off_but_task_clock();
 
+    set_wait_states();
     start_flash_accelerator();
     // From here on a crystal that stops raises the non-maskable interrupt, and breaks TIM1 in hardware.
     RCC.cr().modify(|w| w.set_csson(true));
@@ -119,6 +122,15 @@ pub(crate) fn settle() {
     cortex_m::asm::dsb();
 }
 
+/// Sets the wait states for the lowest supply of the board's brown-out level. The HAL sets those for 2.7 V, with which the flash is read up to here.
+fn set_wait_states() {
+    const { assert!(BOARD.wait_states() as u16 >= (CLOCKS.core_mhz() - 1) / 30, "no fewer than the HAL's") };
+    let latency = Latency::from_bits(BOARD.wait_states());
+    FLASH.acr().modify(|w| w.set_latency(latency));
+    // RM0090 3.5.1: they count once they read back. A register that does not keep them is found by the comparison in each tick.
+    let _ = FLASH.acr().read();
+}
+
 /// Switches on instruction cache, data cache, and prefetch unless the silicon has an erratum (ES0182: not on revision A of the F407).
 ///
 /// The HAL sets the wait states and leaves these off, which makes the program much slower at 3 to 5 wait states.
@@ -145,14 +157,12 @@ fn start_flash_accelerator() {
     });
 }
 
-/// What is wrong with the brown-out reset in the option bytes: as delivered it is off, and the chip runs on at any supply; at level 1 or 2 it runs on
-/// where its flash is too slow for this clock, below 2.7 V. `None` at level 3, whose threshold is above that.
-pub(crate) fn wrong_brown_out_reset() -> Option<&'static str> {
-    // BOR_LEV (RM0090 3.9.6).
-    match FLASH.optcr().read().bor_lev() {
-        0 => None,
-        1 => Some("at level 2, 2.4 V"),
-        2 => Some("at level 1, 2.1 V"),
-        _ => Some("off"),
-    }
+/// How the brown-out reset gets the level of the board: the firmware does not write option bytes.
+pub(crate) const BROWN_OUT_HELP: &str = "`cargo xtask board brown-out` sets it";
+
+/// The brown-out reset in the option bytes, which is off as delivered: then the chip runs on at any supply. Below the level of the board it runs on where
+/// its flash is too slow for this clock; above it the board may not start.
+pub(crate) fn brown_out() -> BrownOut {
+    // BOR_LEV counts from the highest level down, and 3 is off (RM0090 3.9.10).
+    BrownOut { level: 3 - FLASH.optcr().read().bor_lev().min(3), wanted: BOARD.brown_out as u8 }
 }

@@ -5,9 +5,13 @@ use joint_loop::Debugger;
 
 use crate::variant::DEBUGGER_REFUSED;
 
+/// Bits of DEMCR (ARMv7-M ARM, C1.6.5) with which a fault (VC_MMERR to VC_HARDERR) or a reset (VC_CORERESET) halts the core.
+const CATCHES: u32 = 0b111_1111 << 4 | 1;
+
+const C_DEBUGEN: u32 = 1;
+
 /// Whether one has set C_DEBUGEN (ARMv7-M ARM, C1.6.2), and whether this program refuses it.
 pub(crate) fn attached() -> Debugger {
-    const C_DEBUGEN: u32 = 1;
     // SAFETY: a register of the core that every program may read, as a word.
     let is_attached = unsafe { (*DCB::PTR).dhcsr.read() } & C_DEBUGEN != 0;
     match (is_attached, DEBUGGER_REFUSED) {
@@ -15,4 +19,12 @@ pub(crate) fn attached() -> Debugger {
         (true, false) => Debugger::Attached,
         (true, true) => Debugger::Refused,
     }
+}
+
+/// Whether a debugger has asked for the core to halt in a fault or after a reset: then neither the handler runs, which switches the servos off, nor a boot.
+/// The bits outlast the debugger's program, until the supply was off.
+pub(crate) fn catches() -> bool {
+    // SAFETY: as above.
+    let (dhcsr, demcr) = unsafe { ((*DCB::PTR).dhcsr.read(), (*DCB::PTR).demcr.read()) };
+    dhcsr & C_DEBUGEN != 0 && demcr & CATCHES != 0
 }

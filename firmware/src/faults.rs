@@ -7,8 +7,10 @@
 
 use embassy_stm32::pac::RCC;
 use firmware_shared::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
+use joint_loop::Debugger;
 use wire::{LastOutputs, Reset};
 
+use crate::debugger;
 use crate::kept::Kept;
 use crate::kept_outputs;
 use crate::servo_pwm::outputs_off;
@@ -72,7 +74,9 @@ pub(crate) fn last_run() -> LastRun {
     let reset = take_reset();
     let kept = load();
     let crash = kept.filter(|record| record.cause != Cause::None);
-    let crashed = crash.is_some() || matches!(reset, Reset::IndependentWatchdog | Reset::WindowWatchdog);
+    // A debugger that halts the core in a walk ends in the watchdog's reset: that is no crash of the program.
+    let is_bitten = matches!(reset, Reset::IndependentWatchdog | Reset::WindowWatchdog);
+    let crashed = crash.is_some() || is_bitten && debugger::attached() == Debugger::Absent;
     let by_hand = matches!(reset, Reset::PowerOn | Reset::Pin);
     let streak = Record::streak_after(kept.map_or(0, |record| record.streak), crashed, by_hand);
     store(&Record::new(Cause::None, [0; 2], "").with_streak(streak));

@@ -158,7 +158,8 @@ mod boot {
         // Another chip may not bear this one's clock.
         let chip = chip::compare();
         let clock = if chip.is_ok() { clocks::start() } else { Ok(()) };
-        let Built { joint_loop, check, boot, unnamed, sensors } = build_loop(&last_run, reference_cal, chip, clock);
+        let Built { joint_loop, check, boot, unnamed, sensors, built_in_robot, lacks_brown_out_reset } =
+            build_loop(&last_run, reference_cal, chip, clock);
         let outputs = Outputs::new(urgency(&BREAK));
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
@@ -197,7 +198,8 @@ mod boot {
             conditions: conditions_in,
             ticks_to_settings: 1,
             ticks_to_record: FIRST_RECORD,
-            locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::wrong_brown_out_reset().is_some(),
+            locked_out: last_run.streak >= LOCKOUT_STREAK || lacks_brown_out_reset,
+            built_in_robot,
             pacer: Pacer::default(),
             compared: 0,
             ticks_to_frame: TICKS_A_FRAME,
@@ -222,6 +224,7 @@ mod boot {
         });
 
         let mut port = serial::start(requests_in);
+        let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
         port.send(&Record::Boot(boot));
         TELEMETRY.init(Telemetry {
             port,
@@ -243,6 +246,8 @@ mod boot {
             frames_to_line: FRAMES_A_LINE,
             truncated: 0,
             program: ProgramCheck::new(),
+            warnings,
+            brown_out,
             refused_clock: None,
         })
     }
@@ -260,6 +265,8 @@ mod boot {
         /// Check sums of the generator's and the robot's parameters.
         unnamed: [u32; 2],
         sensors: usize,
+        built_in_robot: bool,
+        lacks_brown_out_reset: bool,
     }
 
     /// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
@@ -278,10 +285,11 @@ mod boot {
         if let Err(other) = chip {
             stay_off(Subject::Configuration, other);
         }
-        let (parameters, unnamed) = match &loaded {
-            Ok(loaded) => (loaded.parameters, loaded.unnamed),
+        let loaded = match &loaded {
+            Ok(loaded) => loaded,
             Err(error) => stay_off(error.subject(), error),
         };
+        let parameters = loaded.parameters;
         if let Err(fault) = clock {
             stay_off(Subject::Clock, fault);
         }
@@ -298,7 +306,15 @@ mod boot {
                     // The loop has built the same servo maps.
                     Err(refusal) => stay_off(Subject::Configuration, refusal),
                 };
-                Built { joint_loop, check, boot, unnamed, sensors: parameters.sensors.count() }
+                Built {
+                    joint_loop,
+                    check,
+                    boot,
+                    unnamed: loaded.unnamed,
+                    sensors: parameters.sensors.count(),
+                    built_in_robot: loaded.built_in_robot,
+                    lacks_brown_out_reset: loaded.lacks_brown_out_reset(),
+                }
             }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }

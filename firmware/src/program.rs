@@ -1,16 +1,19 @@
 //! Proves that the program in flash is the one that was built ([`firmware::seal`]): after the boot, before anything may move, and again and again
 //! while the board runs.
 //!
-//! The thread does it, which the ticks interrupt. A program that is not right stays so until the next boot, whatever a later pass would find.
+//! The thread does it, which the ticks interrupt. A program that is not right stays so until the next boot, whatever a later pass would find. An image
+//! without a seal, as `cargo build` and a debugger's download leave it, cannot be proven: it arms, and the log, the boot record and a record a second
+//! say so; with the feature `require-seal` it does not arm.
 
 use core::ops::Range;
 
-use firmware::seal::{Check, SEAL, Unproven, WORDS};
+use firmware::seal::{Check, SEAL, Unproven, WORDS, is_unsealed};
 use firmware_shared::pacing::since;
 use portable_atomic::{AtomicU8, Ordering};
 
 use crate::parameters::flash;
 use crate::stopwatch;
+use crate::variant::SEAL_REQUIRED;
 
 /// Time that the first pass takes of a round of telemetry, us. A press must not wait for it.
 const FIRST_US: u32 = 500;
@@ -23,13 +26,20 @@ const CHECKING: u8 = 0;
 const PROVEN: u8 = 1;
 /// The program is not the one that was built.
 const WRONG: u8 = 2;
+/// The image has no seal, and this build does not demand one.
+const UNSEALED: u8 = 3;
 
 /// One of these. The thread writes it, the ticks read it.
 static STATE: AtomicU8 = AtomicU8::new(CHECKING);
 
 /// Whether the board may not arm: the first pass has not ended, or the program is wrong.
 pub(crate) fn is_unproven() -> bool {
-    STATE.load(Ordering::Relaxed) != PROVEN
+    !matches!(STATE.load(Ordering::Relaxed), PROVEN | UNSEALED)
+}
+
+/// Whether the image has a seal.
+pub(crate) fn sealed() -> Option<bool> {
+    Some(!is_unsealed(seal()))
 }
 
 /// Whether the board will not arm until the next boot.
@@ -48,20 +58,21 @@ impl ProgramCheck {
         Self { pass: None }
     }
 
-    /// Checks a piece in a round of telemetry. Why the program is wrong, once.
+    /// Checks a piece in a round of telemetry. Why the board does not arm with this program, once.
     pub(crate) fn step(&mut self) -> Option<Unproven> {
         let begun = stopwatch::now_us();
         loop {
             let state = STATE.load(Ordering::Relaxed);
-            if state == WRONG {
+            if state == WRONG || state == UNSEALED {
                 return None;
             }
             match self.piece() {
                 None => {}
                 Some(Ok(())) => STATE.store(PROVEN, Ordering::Relaxed),
                 Some(Err(unproven)) => {
-                    STATE.store(WRONG, Ordering::Relaxed);
-                    return Some(unproven);
+                    let refuses = unproven.refuses(SEAL_REQUIRED);
+                    STATE.store(if refuses { WRONG } else { UNSEALED }, Ordering::Relaxed);
+                    return refuses.then_some(unproven);
                 }
             }
             if state == PROVEN || since(stopwatch::now_us(), begun) >= FIRST_US {

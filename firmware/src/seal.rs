@@ -37,8 +37,10 @@ static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Why a program is not the one that was built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unproven {
-    /// The image was not sealed.
+    /// The image was not sealed: its words are as the linker leaves them.
     NotSealed,
+    /// The first word of the seal was changed.
+    Mark(u32),
     /// The seal names an end that no program has.
     End(u32),
     /// The program has another check sum.
@@ -54,8 +56,11 @@ impl fmt::Display for Unproven {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotSealed => f.write_str(
-                "the program was built without its check sum: build and flash it with `cargo xtask flash`, not with `cargo build`",
+                "the program has no check sum, and this build demands one: `cargo xtask flash` and the runner of `cargo run` write it",
             ),
+            Self::Mark(found) => {
+                write!(f, "the program in flash was changed: its seal begins with {found:#010x}; flash it again with `cargo xtask flash`")
+            }
             Self::End(end) => {
                 write!(f, "the program in flash was changed: it would end at {end:#010x}; flash it again with `cargo xtask flash`")
             }
@@ -66,6 +71,20 @@ impl fmt::Display for Unproven {
             ),
         }
     }
+}
+
+impl Unproven {
+    /// Whether the board does not arm because of it: a program that was changed never does; one without a seal does unless the build demands one.
+    #[must_use]
+    pub const fn refuses(self, is_demanded: bool) -> bool {
+        is_demanded || !matches!(self, Self::NotSealed)
+    }
+}
+
+/// Whether these are the words of an image that nobody sealed. A single changed bit does not make them so.
+#[must_use]
+pub const fn is_unsealed(words: [u32; WORDS]) -> bool {
+    matches!(words, [u32::MAX, u32::MAX, u32::MAX])
 }
 
 /// One pass over the program, in pieces.
@@ -82,9 +101,13 @@ impl Check {
     ///
     /// # Errors
     /// The program was not sealed, or the seal was changed.
-    pub fn begin([mark, end, sealed]: [u32; WORDS]) -> Result<Self, Unproven> {
-        if mark != MARK {
+    pub fn begin(words: [u32; WORDS]) -> Result<Self, Unproven> {
+        let [mark, end, sealed] = words;
+        if is_unsealed(words) {
             return Err(Unproven::NotSealed);
+        }
+        if mark != MARK {
+            return Err(Unproven::Mark(mark));
         }
         if end <= TEXT || end > FLASH.end {
             return Err(Unproven::End(end));
@@ -194,12 +217,26 @@ mod tests {
             put(&mut flash, SEAL + 4, end);
             assert_eq!(pass(&flash, 1).0, Err(Unproven::End(end)));
         }
-        // As the linker leaves it.
-        put(&mut flash, SEAL, u32::MAX);
+        // As the linker leaves it: each word erased. One that is not makes it a changed one.
+        for erased in 0..WORDS as u32 {
+            let mut flash = sealed(TEXT + 100);
+            (0..WORDS as u32).filter(|n| *n != erased).for_each(|n| put(&mut flash, SEAL + 4 * n, u32::MAX));
+            let unproven = pass(&flash, 1).0.expect_err("changed");
+            assert!(unproven != Unproven::NotSealed && unproven.refuses(false), "{unproven:?}");
+        }
+        (0..WORDS as u32).for_each(|n| put(&mut flash, SEAL + 4 * n, u32::MAX));
         assert_eq!(pass(&flash, 1).0, Err(Unproven::NotSealed));
-        for unproven in
-            [Unproven::NotSealed, Unproven::End(0x0804_0000), Unproven::Sum { found: 0x1234, sealed: 0xABCD_0123 }]
-        {
+        for unproven in [
+            Unproven::NotSealed,
+            Unproven::Mark(0x1234_5678),
+            Unproven::End(0x0804_0000),
+            Unproven::Sum { found: 0x1234, sealed: 0xABCD_0123 },
+        ] {
+            // Only an image without a seal arms, and only where none is demanded.
+            assert_eq!(
+                [false, true].map(|is_demanded| unproven.refuses(is_demanded)),
+                [unproven != Unproven::NotSealed, true]
+            );
             let words = unproven.to_string();
             assert!(words.contains("cargo xtask flash"), "{words}");
             let refused = wire::Refused::new(wire::Subject::Arming, unproven);

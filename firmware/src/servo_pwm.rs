@@ -5,7 +5,8 @@
 //!   either the old width or the new one. Frames start half a period away from the ticks, which write the widths: all four joints take the
 //!   width of the same tick ([`start_frames`]).
 //! - [`Outputs::drive`] with MOE off: the widths have been 0 for a whole frame, so MOE is set without a pulse, then the new widths are buffered
-//!   for the next frame. The first pulse is complete.
+//!   for the next frame. The first pulse is complete. Before MOE the watchdog and TIM1 are told to run on while a debugger halts the core
+//!   ([`watchdog`]), and after MOE is off to stand still with it.
 //! - A pulse that is cut short is a valid command for another angle. So whatever ends the pulses while the processor runs waits for the end of
 //!   a running one, at most 2.5 ms: [`Outputs::release`] over the ticks, [`outputs_off`] in a loop.
 //! - The break input (low stops, pulled down, so that an open contact or a cut cable stops) clears MOE in hardware, independent of the processor,
@@ -29,7 +30,7 @@ use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
 use crate::pins::{FunctionPins, PinRegisters};
-use crate::{kept_outputs, servo_rail, stopwatch};
+use crate::{kept_outputs, servo_rail, stopwatch, watchdog};
 
 /// The same in ticks, and one more: a frame has started in any span so long.
 const FRAME_TICKS: u8 = (FRAME_US / PERIOD_US) as u8 + 1;
@@ -197,6 +198,7 @@ impl Outputs {
                 self.release();
                 return;
             }
+            watchdog::run_while_halted();
             servo_rail::on();
             TIM1.bdtr().write(|w| {
                 *w = dark();
@@ -222,6 +224,7 @@ impl Outputs {
             servo_rail::off();
             if self.driving {
                 kept_outputs::off();
+                watchdog::stop_while_halted();
             }
             self.driving = false;
         }

@@ -5,7 +5,8 @@ use firmware_shared::pacing::SCAN_PERIOD_US;
 /// Time from one trigger of the converter to the next, us.
 pub const TRIGGER_US: u32 = SCAN_PERIOD_US;
 
-/// A tick that starts later than this after its trigger counts as late. The scan takes 54 us of it with one sensor, 77 us with four.
+/// A tick that starts later than this after its trigger counts as late. The scan takes 77 us of it (64 us on a
+/// Black Pill), with any number of sensors: it always converts six channels.
 pub const LATE_US: u32 = 100;
 
 /// A tick that ends later than this after its trigger counts as late too: half a period, and before the next servo frame can start.
@@ -19,10 +20,10 @@ pub const LATE_END_US: u32 = 500;
 ///
 /// ```
 /// use firmware::timing::trigger_us;
-/// assert_eq!(trigger_us(50_054, 54, 0, 54), 50_000);
+/// assert_eq!(trigger_us(50_076, 76, 0, 76), 50_000);
 /// // Held off until the next scan was under way, and until it had ended.
-/// assert_eq!(trigger_us(50_255, 5, 0, 54), 50_000);
-/// assert_eq!(trigger_us(50_355, 105, 1, 54), 50_000);
+/// assert_eq!(trigger_us(50_255, 5, 0, 76), 50_000);
+/// assert_eq!(trigger_us(50_355, 105, 1, 76), 50_000);
 /// ```
 #[must_use]
 pub const fn trigger_us(now_us: u32, since_trigger_us: u32, scans_since: u32, scan_us: u32) -> u32 {
@@ -38,9 +39,9 @@ mod tests {
 
     #[test]
     fn an_interrupt_held_off_is_stamped_with_its_own_trigger() {
-        // Scans end 54 us after triggers at multiples of 250 us, blocks at multiples of 1 000 us; the counters wrap in between. Whenever
+        // Scans end 76 us after triggers at multiples of 250 us, blocks at multiples of 1 000 us; the counters wrap in between. Whenever
         // the block of 7 000 is read before the next one ends, its stamp is 7 000.
-        const SCAN_US: u32 = 54;
+        const SCAN_US: u32 = 76;
         let base = u32::MAX - 7_500;
         for held_off in SCAN_US..PERIOD_US + SCAN_US {
             let since_trigger = held_off % TRIGGER_US;
@@ -50,8 +51,8 @@ mod tests {
         }
         // Read at 8 010, ten microseconds after the next trigger, it is a tick, and so is the one that follows.
         let mut pacer = Pacer::default();
-        assert_eq!(pacer.elapsed(trigger_us(6_054, 54, 0, SCAN_US)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(6_076, 76, 0, SCAN_US)), 1);
         assert_eq!(pacer.elapsed(trigger_us(8_010, 10, 3, SCAN_US)), 1);
-        assert_eq!(pacer.elapsed(trigger_us(8_054, 54, 0, SCAN_US)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(8_076, 76, 0, SCAN_US)), 1);
     }
 }

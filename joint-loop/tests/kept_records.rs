@@ -97,7 +97,10 @@ fn of_today() -> Vec<(String, Vec<u8>)> {
         .collect();
     all.push((sensor, sensor_record::record_of(&sensors(), &name).bytes().to_vec()));
     let with_feedback = RobotConfig { feedback: [-0.1, 0.2, 0.3, -0.4], ..RobotConfig::default_biped() };
-    for (end, config) in [("", RobotConfig::default_biped()), ("-feedback", with_feedback)] {
+    let with_brown_out = RobotConfig { require_brown_out_reset: true, ..RobotConfig::default_biped() };
+    for (end, config) in
+        [("", RobotConfig::default_biped()), ("-feedback", with_feedback), ("-brown-out", with_brown_out)]
+    {
         all.push((format!("{robot}{end}"), robot_record::record_of(&config, &name).bytes().to_vec()));
     }
     all

@@ -88,7 +88,7 @@ def test_the_supply_the_stop_and_the_lamps(files: Dict[str, Path]) -> None:
         pressed = board.step(0.001, stop=True)
         assert not pressed.rail and not pressed.armed
         board.step(0.2, stop=False)
-        dropped = board.step(0.01, {"VDD": 2.7})
+        dropped = board.step(0.01, {"VDD": 2.4})
         assert [boot.cause for boot in dropped.boots] == ["brown_out"]
         lamps = [board.step(0.1, {"VDD": 3.0}).lamps for _ in range(20)]
     assert any(lamps) and all(set(lamp) <= {"PD12", "PD13", "PD14", "PD15"} for lamp in lamps)

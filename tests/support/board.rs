@@ -304,7 +304,7 @@ impl Board {
         options: impl IntoIterator<Item = A>,
         wait: impl FnOnce(Child) -> (String, Option<i32>),
     ) -> Ran {
-        // A board without a robot record gives no pulse: each one gets its own, unless an option fills that sector.
+        // A board without a robot record warns of the built-in one: each one gets its own, unless an option fills that sector.
         let options: Vec<OsString> = options.into_iter().map(|option| option.as_ref().to_owned()).collect();
         let sector = format!("{ROBOT_SECTOR:#010x}=");
         let record = tempfile::NamedTempFile::new().expect("a file");

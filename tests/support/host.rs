@@ -18,6 +18,10 @@ pub struct Host {
     pub tick: u32,
     /// State in the last frame.
     pub state: SupervisorState,
+    /// Frames that came.
+    pub frames: u32,
+    /// Bytes that came.
+    pub bytes: u32,
     /// The last counters of the port.
     pub counts: wire::Port,
 }
@@ -32,7 +36,7 @@ impl Host {
         let port = Port::open(path, true).expect("the board's port");
         let (records, answers) = (Records::default(), Vec::new());
         let (state, counts) = (SupervisorState::Boot, wire::Port::default());
-        Self { port, records, answers, tick: 0, state, counts }
+        Self { port, records, answers, tick: 0, state, frames: 0, bytes: 0, counts }
     }
 
     /// Reads on until something holds, half a minute of the board at most.
@@ -45,10 +49,12 @@ impl Host {
         while !done(self) {
             assert!(last.is_none_or(|last| self.tick < last), "{what}: not within half a minute, tick {}", self.tick);
             let Came::Bytes(bytes) = self.port.next_within(Duration::from_secs(60)) else { panic!("{what}: no bytes") };
+            self.bytes += bytes.len() as u32;
             for record in self.records.push(&bytes) {
                 match record {
                     Ok(Record::Frame(frame)) => {
                         (self.tick, self.state) = (frame.tick, frame.state);
+                        self.frames += 1;
                         last.get_or_insert(frame.tick + 30_000);
                     }
                     Ok(Record::Answered(answer)) => self.answers.push(answer),

@@ -26,12 +26,44 @@ pub struct Boot {
     pub generator: Option<RecordId>,
     /// The sensor record that the board runs; `None` as above.
     pub sensors: Option<RecordId>,
-    /// The robot record that the board runs; `None` as above, and where there is none.
+    /// The robot record that the board runs; `None` as above.
     pub robot: Option<RecordId>,
     /// Whether the outputs stay off: the image is built with the feature `shadow`.
     pub shadow: bool,
     /// How the outputs of the run before the reset ended; `None` where the reset lost it: after a power-on or a brown-out.
     pub last_outputs: Option<LastOutputs>,
+    /// Whether the image has a seal, the check sum by which the program proves its own bytes; `None` on a board whose program checks none.
+    pub sealed: Option<bool>,
+    /// Level of the brown-out reset that the chip has, and that of the board.
+    pub brown_out: BrownOut,
+}
+
+/// Level of the brown-out reset: 0 is off, 3 is the highest (RM0090 5.2.2). Of a chip whose detector has no levels 0 is off and 1 is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BrownOut {
+    /// In the option bytes, or in the register of the detector.
+    pub level: u8,
+    /// The one that fits the board's supply.
+    pub wanted: u8,
+}
+
+impl BrownOut {
+    /// Whether the chip has the level of its board.
+    #[must_use]
+    pub const fn is_right(self) -> bool {
+        self.level == self.wanted
+    }
+}
+
+impl core::fmt::Display for BrownOut {
+    /// In words, after `the brown-out reset is`.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.level {
+            0 => f.write_str("off"),
+            level => write!(f, "at level {level}"),
+        }?;
+        write!(f, "; this board wants level {}", self.wanted)
+    }
 }
 
 /// How the servo outputs of a run ended, from memory that a reset keeps.
@@ -127,7 +159,7 @@ pub enum Subject {
     GeneratorRecord,
     /// The sensor record in flash. The outputs stay off until another one is written.
     SensorRecord,
-    /// The robot record in flash, or there is none. The outputs stay off until one is written.
+    /// The robot record in flash. The outputs stay off until another one is written.
     RobotRecord,
     /// Generator, sensors, robot and chip do not fit together. The outputs stay off.
     Configuration,

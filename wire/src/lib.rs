@@ -16,7 +16,7 @@ mod request;
 mod settings;
 mod text;
 
-pub use boot::{Boot, LastOutputs, RecordId, Refused, Reset, Subject};
+pub use boot::{Boot, BrownOut, LastOutputs, RecordId, Refused, Reset, Subject};
 pub use codec::{DecodeError, Kind, MAX_BYTES, Record, decode, encode};
 pub use conditions::{Conditions, Validities};
 pub use events::{Change, Edge};
@@ -26,11 +26,11 @@ pub use inputs::{CALLS, Call, Inputs};
 pub use link::{
     FrameError, MAX_FRAME_BYTES, RequestError, Unframer, decode_framed, decode_request, frame_record, frame_request,
 };
-pub use load::{Cost, Environment};
+pub use load::{Cost, Environment, Warnings};
 pub use request::{Answered, Port};
 pub use settings::Settings;
 pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.
-pub const VERSION: u16 = 8;
+pub const VERSION: u16 = 9;

@@ -1,4 +1,4 @@
-//! The bytes of version 8, an example of each record. A change here is another version: raise [`wire::VERSION`].
+//! The bytes of version 9, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
@@ -22,10 +22,10 @@ fn call(codes: &[u16], flags: u16) -> Call {
     }
 }
 
-/// An example of each record with its bytes in version 8.
+/// An example of each record with its bytes in version 9.
 fn examples() -> [(Record, Vec<u8>); 12] {
     let boot = Boot {
-        version: 8,
+        version: 9,
         board: "f4-discovery".try_into().expect("it fits"),
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
@@ -38,6 +38,8 @@ fn examples() -> [(Record, Vec<u8>); 12] {
         robot: Some(RecordId::new("", 1)),
         shadow: false,
         last_outputs: Some(LastOutputs { pulses_us: [1500, 1520, 1056, 0], on: true, cut: 3 }),
+        sealed: Some(true),
+        brown_out: BrownOut { level: 3, wanted: 2 },
     };
     let frame = Frame {
         tick: 300,
@@ -78,13 +80,13 @@ fn examples() -> [(Record, Vec<u8>); 12] {
         (
             Record::Boot(boot),
             [
-                &[0, 8, 12][..],
+                &[0, 9, 12][..],
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
                 &[2, 2, 0xde, 0x0b, 0, 0, 0x30, 0x40, 1, 1, 4],
                 b"walk",
-                &[0xee, 0xff, 0x83, 0x06, 0, 1, 0, 1, 0, 1, 0xdc, 0x0b, 0xf0, 0x0b, 0xa0, 8, 0, 1, 3],
+                &[0xee, 0xff, 0x83, 0x06, 0, 1, 0, 1, 0, 1, 0xdc, 0x0b, 0xf0, 0x0b, 0xa0, 8, 0, 1, 3, 1, 1, 3, 2],
             ]
             .concat(),
         ),
@@ -135,8 +137,9 @@ fn examples() -> [(Record, Vec<u8>); 12] {
                 supply_v: None,
                 watchdog_hz: Some(32_000),
                 debugger: true,
+                warnings: Warnings::BROWN_OUT.with(Warnings::CATCHES),
             }),
-            vec![7, 1, 0, 0, 0xfa, 0x41, 0, 1, 0x80, 0xfa, 1, 1],
+            vec![7, 1, 0, 0, 0xfa, 0x41, 0, 1, 0x80, 0xfa, 1, 1, 0x0a],
         ),
         (Record::Answered(Answered { tick: 300, number: 7, outcome: Outcome::OutOfRange }), vec![8, 0xac, 2, 7, 2]),
         (
@@ -168,7 +171,7 @@ fn round(record: &Record) -> Record {
 
 #[test]
 fn the_bytes_are_those_of_the_version() {
-    assert_eq!(VERSION, 8);
+    assert_eq!(VERSION, 9);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
         let name = record.kind().name();
@@ -228,7 +231,7 @@ fn another_version_is_refused_in_words() {
     assert_eq!(decode(&[0, 0xff, 0xff, 3]), Err(DecodeError::Version { board: 65_535 }));
     assert_eq!(
         DecodeError::Version { board: 7 }.to_string(),
-        "the board sends records of version 7, this program reads version 8: flash the image of this checkout, or use the `footfall` \
+        "the board sends records of version 7, this program reads version 9: flash the image of this checkout, or use the `footfall` \
          of the checkout that the board's image was built from"
     );
 }
@@ -239,13 +242,13 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[][..], "record of 0 bytes; allowed are 1 to 357"),
         (
             &[12, 1, 2],
-            "unknown record kind 12 (3 bytes); version 8 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+            "unknown record kind 12 (3 bytes); version 9 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
              7 environment, 8 answered, 9 port, 10 settings, 11 conditions",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
-        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 8"),
+        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 9"),
         (&[0], "boot record ends inside a field after 1 bytes"),
-        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 8 can have"),
+        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 9 can have"),
         (&[2, 7, 8, 0], "change record of 4 bytes holds a value"),
         (&[2, 7, 5, 32], "change record of 4 bytes holds a value"),
         // A gait beyond the list.

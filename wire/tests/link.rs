@@ -127,7 +127,7 @@ fn another_version_is_refused_in_words() {
         let payload = [&[7][..], rest].concat();
         assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 7 }));
     }
-    let words = "a request of version 7; this board takes version 8: use the `footfall` of the checkout that its image was built from";
+    let words = "a request of version 7; this board takes version 9: use the `footfall` of the checkout that its image was built from";
     assert_eq!(RequestError::Version { host: 7 }.to_string(), words);
 }
 

@@ -34,25 +34,32 @@ fn boot() -> impl Strategy<Value = Record> {
     let last = (prop::array::uniform4(any::<u16>()), any::<bool>(), any::<u32>())
         .prop_map(|(pulses_us, on, cut)| LastOutputs { pulses_us, on, cut });
     let last = prop::option::of(last);
-    (names, numbers, any::<bool>(), any::<bool>(), last).prop_map(|(names, numbers, sensor_required, shadow, last)| {
-        let ((board, chip, reset), (streak, reference_cal, min_supply_v, (generator, sensors, robot))) =
-            (names, numbers);
-        Record::Boot(Boot {
-            version: VERSION,
-            board,
-            chip,
-            reset,
-            streak,
-            reference_cal,
-            min_supply_v,
-            sensor_required,
-            generator,
-            sensors,
-            robot,
-            shadow,
-            last_outputs: last,
-        })
-    })
+    let levels = prop::array::uniform2(any::<u8>()).prop_map(|[level, wanted]| BrownOut { level, wanted });
+    let image = (prop::option::of(any::<bool>()), levels);
+    (names, numbers, any::<bool>(), any::<bool>(), last, image).prop_map(
+        |(names, numbers, sensor_required, shadow, last, image)| {
+            let (sealed, brown_out) = image;
+            let ((board, chip, reset), (streak, reference_cal, min_supply_v, (generator, sensors, robot))) =
+                (names, numbers);
+            Record::Boot(Boot {
+                version: VERSION,
+                board,
+                chip,
+                reset,
+                streak,
+                reference_cal,
+                min_supply_v,
+                sensor_required,
+                generator,
+                sensors,
+                robot,
+                shadow,
+                last_outputs: last,
+                sealed,
+                brown_out,
+            })
+        },
+    )
 }
 
 fn inputs() -> impl Strategy<Value = Record> {
@@ -152,10 +159,13 @@ fn record() -> impl Strategy<Value = Record> {
             truncated: f,
         })
     });
-    let environment = (prop::array::uniform2(prop::option::of(float())), prop::option::of(any::<u32>()), any::<bool>())
-        .prop_map(|([die_c, supply_v], watchdog_hz, debugger)| {
-            Record::Environment(Environment { die_c, supply_v, watchdog_hz, debugger })
-        });
+    let warnings = (0..16_u8).prop_filter_map("known bits", Warnings::from_bits);
+    let volts = prop::array::uniform2(prop::option::of(float()));
+    let environment = (volts, prop::option::of(any::<u32>()), any::<bool>(), warnings).prop_map(
+        |([die_c, supply_v], watchdog_hz, debugger, warnings)| {
+            Record::Environment(Environment { die_c, supply_v, watchdog_hz, debugger, warnings })
+        },
+    );
     let answered = (any::<u32>(), any::<u16>(), select(&Outcome::ALL[..]))
         .prop_map(|(tick, number, outcome)| Record::Answered(Answered { tick, number, outcome }));
     let port = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {

@@ -138,10 +138,10 @@ impl Workspace {
         self.firmware_with(&features(board, variant))
     }
 
-    /// The firmware for the Discovery that walks without a gait sensor, and not while a debugger is attached: the features `no-sensor` and
-    /// `no-debugger` in one image, for the tests.
+    /// The firmware for the Discovery that walks without a gait sensor, and neither while a debugger is attached nor without a seal: the features `no-sensor`,
+    /// `no-debugger` and `require-seal` in one image, for the tests.
     pub(crate) fn firmware_without_sensor(&self) -> Result<Image> {
-        self.firmware_with(&format!("{},no-sensor,no-debugger", Board::F4Discovery.feature()))
+        self.firmware_with(&format!("{},no-sensor,no-debugger,require-seal", Board::F4Discovery.feature()))
     }
 
     fn firmware_with(&self, features: &str) -> Result<Image> {

@@ -110,8 +110,10 @@ pub(crate) struct Control {
     pub(crate) conditions: Producer<'static, Conditions<SENSORS>>,
     pub(crate) ticks_to_settings: u32,
     pub(crate) ticks_to_record: u32,
-    /// Too many crashes in a row, or a wrong brown-out reset: the button is not passed on.
+    /// Too many crashes in a row, or a brown-out reset that the robot demands and that is off: the button is not passed on.
     pub(crate) locked_out: bool,
+    /// The robot is the built-in one.
+    pub(crate) built_in_robot: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
     /// Comparisons of the registers with what was written, wrapping.
@@ -247,6 +249,7 @@ impl Control {
             SupervisorState::TrimReady => Shown::TrimReady,
             _ if !pulses => Shown::Disarmed,
             _ if SHADOW => Shown::Shadow,
+            _ if self.built_in_robot => Shown::ArmedBuiltIn,
             _ => Shown::Armed,
         }
     }

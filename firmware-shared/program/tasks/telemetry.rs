@@ -6,7 +6,7 @@ use heapless::spsc::Consumer;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Answer, Settings};
 use joint_loop::{Conditions, Debugger, Frame, SENSORS, Sample, SupervisorState, WatchdogHz};
-use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record, Refused, Subject};
+use wire::{Answered, BrownOut, Call, Change, Cost, Edge, Inputs, Record, Refused, Subject, Warnings};
 
 use super::control::{dropped, take_not_sent, take_worst};
 use super::progress::TELEMETRY;
@@ -57,6 +57,9 @@ pub(crate) struct Telemetry {
     /// Pulses that were cut short, as of the last report.
     pub(crate) truncated: u32,
     pub(crate) program: ProgramCheck,
+    /// What the boot warned of, and the level of the brown-out reset.
+    pub(crate) warnings: Warnings,
+    pub(crate) brown_out: BrownOut,
     /// The clock of the watchdog that was reported as wrong.
     pub(crate) refused_clock: Option<WatchdogHz>,
 }
@@ -80,8 +83,11 @@ fn telemetry_step(telemetry: &mut Telemetry) {
     }
     while let Some(change) = telemetry.changes.dequeue() {
         log::state(&change);
-        if change.state == SupervisorState::Arming && debugger::attached() != Debugger::Absent {
-            log::armed_with_debugger();
+        if change.state == SupervisorState::Arming {
+            if debugger::attached() != Debugger::Absent {
+                log::armed_with_debugger();
+            }
+            log::warn(telemetry.warnings_now(), telemetry.brown_out);
         }
         telemetry.send(&Record::Change(change));
     }
@@ -127,6 +133,7 @@ fn telemetry_step(telemetry: &mut Telemetry) {
         let environment = wire::Environment {
             watchdog_hz: watchdog_clock::last().map(|WatchdogHz(hz)| hz),
             debugger: debugger::attached() != Debugger::Absent,
+            warnings: telemetry.warnings_now(),
             ..telemetry.environment.take()
         };
         telemetry.send(&Record::Environment(environment));
@@ -140,13 +147,18 @@ fn telemetry_step(telemetry: &mut Telemetry) {
 }
 
 impl Telemetry {
+    /// What the boot warned of, and what a debugger has set since.
+    fn warnings_now(&self) -> Warnings {
+        self.warnings.with(Warnings::CATCHES.when(debugger::catches()))
+    }
+
     /// Sends a record to the log and to the serial port.
     fn send(&mut self, record: &Record) {
         log::send(record);
         self.port.send(record);
     }
 
-    /// Checks a piece of the program in flash, and reports in words that it is not the one that was built.
+    /// Checks a piece of the program in flash, and reports in words why the board does not arm with it.
     fn check_program(&mut self) {
         if let Some(wrong) = self.program.step() {
             self.refuse(&Refused::new(Subject::Arming, wrong));

@@ -10,7 +10,7 @@
 use joint_units::Volts;
 
 use super::clock_tree::{ClockTree, Hse, Pll};
-use super::definition::{AnalogInput, Board, Pin};
+use super::definition::{AnalogInput, Board, BrownOutLevel, Pin};
 
 /// The board.
 pub const BOARD: Board = Board {
@@ -24,6 +24,8 @@ pub const BOARD: Board = Board {
     temperature_channel: 18,
     // 3.3 V.
     min_supply: Volts(3.0),
+    // The flash is read from 2.7 V; 3.3 V is above all thresholds.
+    brown_out: BrownOutLevel::Three,
     servos: [Pin::new("PA8"), Pin::new("PA9"), Pin::new("PA10"), Pin::new("PA11")],
     // Not driven by the boot loader of the chip (AN2606).
     servo_rail: Pin::new("PB8"),

@@ -63,6 +63,34 @@ pub struct AnalogInput {
     pub channel: u8,
 }
 
+/// Levels of the brown-out reset in the option bytes of the chip (RM0090 5.2.2 and 3.9.10; thresholds: data sheets, "embedded reset and power control
+/// block characteristics").
+///
+/// | level | resets below, V | starts above, V | the flash is read from, V |
+/// |---|---|---|---|
+/// | 1 | 2.13 to 2.24 | 2.23 to 2.33 | 2.1 |
+/// | 2 | 2.44 to 2.56 | 2.53 to 2.63 | 2.4 |
+/// | 3 | 2.75 to 2.88 | 2.85 to 2.97 | 2.7 |
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BrownOutLevel {
+    /// Level 2: for a supply between 2.7 and 3.0 V.
+    Two = 2,
+    /// Level 3, the highest: for 3.3 V.
+    Three = 3,
+}
+
+impl BrownOutLevel {
+    /// Clock of the core for which one more wait state of the flash is needed, at the lowest supply that this level lets through, MHz (RM0090
+    /// table 10, RM0383 table 5, RM0390 table 5).
+    #[must_use]
+    pub const fn wait_state_mhz(self) -> u16 {
+        match self {
+            Self::Two => 24,
+            Self::Three => 30,
+        }
+    }
+}
+
 /// The table that each board fills.
 #[derive(Debug)]
 pub struct Board {
@@ -76,6 +104,8 @@ pub struct Board {
     pub clocks: ClockTree,
     /// Supply below which no sample is good: below what the board's own regulator delivers.
     pub min_supply: Volts,
+    /// Level of the brown-out reset that fits the supply: high enough for the flash, and so low that the board starts.
+    pub brown_out: BrownOutLevel,
     /// Channel of ADC1 that the temperature sensor of the chip is on: 16, or 18 on the chips where it shares that with VBAT.
     pub temperature_channel: u8,
     /// Pins of TIM1 channels 1 to 4, all by alternate function 1: PA8 to PA11, or PE9, PE11, PE13, PE14 where the package has them.
@@ -111,6 +141,13 @@ pub struct Board {
 }
 
 impl Board {
+    /// Wait states of the flash for the clock of the core, at the lowest supply that the brown-out reset lets through.
+    #[must_use]
+    pub const fn wait_states(&self) -> u8 {
+        // At most 179 / 24.
+        ((self.clocks.core_mhz() - 1) / self.brown_out.wait_state_mhz()) as u8
+    }
+
     /// Compares the device id of a chip with those of the board's; `boards` are all, of which one may have that chip.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use joint_units::Volts;
 
 use super::clock_tree::{ClockTree, Hse, Pll};
-use super::definition::{Board, Pin, SENSORS};
+use super::definition::{Board, BrownOutLevel, Pin, SENSORS};
 
 /// The board.
 pub const BOARD: Board = Board {
@@ -18,6 +18,9 @@ pub const BOARD: Board = Board {
     temperature_channel: 16,
     // 3.3 V less the diode D3.
     min_supply: Volts(2.7),
+    // People measured 2.89 to 3.07 V at this supply, and level 3 lets a chip start at up to 2.97 V: some boards would not. With the wait states for 2.4 V
+    // the flash is read rightly down to the reset, and a supply below 2.7 V ends the pulses by the program, in order.
+    brown_out: BrownOutLevel::Two,
     // Not PA8 to PA11, TIM1's other pins: PA9 is VBUS of the micro-USB connector, with 4.7 uF to ground.
     servos: [Pin::new("PE9"), Pin::new("PE11"), Pin::new("PE13"), Pin::new("PE14")],
     // On the header, wired to nothing on the board, and not driven by the boot loader of the chip (AN2606), unlike PB13.

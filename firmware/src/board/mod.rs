@@ -12,7 +12,7 @@
 //! | sensors 1 to 4 | channels of ADC1 |
 //! | synchronisation input, 3.3 V | an EXTI line from 5 to 9, with the chip's pull-down |
 //! | foot switch, a contact to the 3 V supply that closes on the floor | with the chip's pull-down |
-//! | serial port, 2 Mbaud | USART2, DMA1 streams 5 and 6 |
+//! | serial port, 1 Mbaud | USART2, DMA1 streams 5 and 6 |
 //! | conversions, four to a control period | TIM2, DMA2 stream 0 |
 //! | clock of the tasks that wait | TIM4 |
 //! | free-running microseconds | TIM5 |
@@ -58,7 +58,7 @@ pub mod nucleo_f446re;
 #[cfg(all(feature = "black-pill-f411", not(any(feature = "f4-discovery", feature = "nucleo-f446re"))))]
 pub use black_pill_f411::BOARD;
 pub use clock_tree::{ADC_DIVIDER, ClockTree, Hse, Pll};
-pub use definition::{AnalogInput, Board, OtherChip, Pin, Port};
+pub use definition::{AnalogInput, Board, BrownOutLevel, OtherChip, Pin, Port};
 #[cfg(any(
     feature = "f4-discovery",
     all(feature = "default-board", not(any(feature = "nucleo-f446re", feature = "black-pill-f411")))
@@ -109,6 +109,18 @@ mod tests {
             pins.extend(board.led_pulses.into_iter().chain(board.led_fault));
             let names: BTreeSet<&str> = pins.iter().map(|pin| pin.name).collect();
             assert_eq!(names.len(), pins.len(), "{}: {pins:?}", board.name);
+        }
+    }
+
+    /// The wait states of each board, and the lowest voltage at which the flash may be read with them (RM0090 table 10, RM0390 table 5, RM0383 table 5).
+    #[test]
+    fn the_flash_waits_as_long_as_the_supply_of_the_level_needs() {
+        let of = |board: &Board| (board.name, board.brown_out as u8, board.wait_states());
+        assert_eq!(BOARDS.map(of), [("f4-discovery", 2, 6), ("nucleo-f446re", 3, 5), ("black-pill-f411", 3, 3)]);
+        for board in BOARDS {
+            // Below this supply no sample is good: it acts before the reset where the supply leaves room for both.
+            let resets_below_v = [2.56, 2.88][board.brown_out as usize - 2];
+            assert!(board.min_supply.0 > resets_below_v, "{}", board.name);
         }
     }
 

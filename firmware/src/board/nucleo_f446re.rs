@@ -4,7 +4,7 @@
 use joint_units::Volts;
 
 use super::clock_tree::{ClockTree, Hse, Pll};
-use super::definition::{Board, Pin, SENSORS};
+use super::definition::{Board, BrownOutLevel, Pin, SENSORS};
 
 /// The board.
 pub const BOARD: Board = Board {
@@ -18,6 +18,8 @@ pub const BOARD: Board = Board {
     temperature_channel: 18,
     // 3.3 V.
     min_supply: Volts(3.0),
+    // The flash is read from 2.7 V; 3.3 V is above all thresholds.
+    brown_out: BrownOutLevel::Three,
     servos: [Pin::new("PA8"), Pin::new("PA9"), Pin::new("PA10"), Pin::new("PA11")],
     // CN10-2; not driven by the boot loader of the chip (AN2606), unlike PB13.
     servo_rail: Pin::new("PC8"),

@@ -25,6 +25,8 @@ pub struct RobotConfig {
     /// Feedback of each joint: the share of its distance to the last setpoint that is added to its next target. No unit, -0.8 to 0.8; see
     /// [`crate::motion::feedback`].
     pub feedback: [f32; Joint::COUNT],
+    /// Whether a board whose brown-out reset is off does not arm. Otherwise it warns.
+    pub require_brown_out_reset: bool,
 }
 
 /// When a follower stops by itself: whoever wears or watches the robot is there, or the outputs go off.
@@ -56,6 +58,7 @@ impl RobotConfig {
             min_supply: Volts(2.7),
             follower: FollowerRules::DEFAULT,
             feedback: FeedbackConfig::NONE.share,
+            require_brown_out_reset: false,
         }
     }
 

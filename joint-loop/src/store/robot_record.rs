@@ -1,12 +1,14 @@
 //! The robot record: a robot as bytes. A host writes it to the board's third parameter sector, the board reads it at boot. A board without
-//! one gives no pulse.
+//! one runs [`RobotConfig::default_biped`].
 //!
 //! The format is that of [`crate::store::flash_record`] with the magic word "FFRB" and kind 1, or 2 if a joint has feedback: a program that does not
 //! know feedback refuses the record. Numbers are the bits of `f32`, in SI units:
 //! ```text
 //! least supply      V
 //! stand             s, after which a follower without a stride of its person disarms
-//! walks again       1: after a lost sensor a follower walks again by itself; 0: it does not
+//! rules             bits, 0 to 3:
+//!                   1: after a lost sensor a follower walks again by itself
+//!                   2: a board whose brown-out reset is off does not arm. A program that does not know this bit refuses the record
 //! of each joint, in the order of Joint::ALL:
 //!   least, most     range, rad
 //!   rate            rad/s
@@ -123,12 +125,12 @@ pub struct Stored {
 /// Makes the record of a robot. Its pose limits are stored without gaps between them.
 #[must_use]
 pub fn record_of(robot: &RobotConfig, name: &RecordName) -> Record {
-    let RobotConfig { gate, servos, park, min_supply, follower, feedback } = robot;
+    let RobotConfig { gate, servos, park, min_supply, follower, feedback, require_brown_out_reset } = robot;
     let has_feedback = *feedback != [0.0; Joint::COUNT];
     let kind = if has_feedback { FEEDBACK_KIND } else { KIND };
     Record::new(MAGIC, SCHEMA, kind, name, |record| {
         record.floats(&[min_supply.0, follower.disarm_after_stand_s]);
-        record.push(follower.walks_again_after_lost_sensor.into());
+        record.push(u32::from(follower.walks_again_after_lost_sensor) | u32::from(*require_brown_out_reset) << 1);
         let limits = gate.range.iter().zip(&gate.rate).zip(&gate.acceleration);
         for (((range, rate), acceleration), (servo, park)) in limits.zip(servos.iter().zip(park)) {
             record.floats(&[range.least.0, range.most.0, rate.0, acceleration.0, park.0]);
@@ -179,10 +181,11 @@ pub fn read(sector: &[u8]) -> Result<Option<Stored>, RobotRecordError> {
     let Some(mut found) = open(sector, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
     let mut robot = RobotConfig::default_biped();
     robot.min_supply = Volts(found.words.float()?);
-    robot.follower = FollowerRules {
-        disarm_after_stand_s: found.words.float()?,
-        walks_again_after_lost_sensor: choice(&mut found.words, "walks again after a lost sensor", &[false, true])?,
-    };
+    let disarm_after_stand_s = found.words.float()?;
+    let rules = [(false, false), (true, false), (false, true), (true, true)];
+    let (walks_again_after_lost_sensor, required) = choice(&mut found.words, "the word of the rules", &rules)?;
+    robot.follower = FollowerRules { disarm_after_stand_s, walks_again_after_lost_sensor };
+    robot.require_brown_out_reset = required;
     let GateConfig { range, rate, acceleration, pose } = &mut robot.gate;
     let limits = range.iter_mut().zip(rate).zip(acceleration);
     for (((range, rate), acceleration), (servo, park)) in limits.zip(robot.servos.iter_mut().zip(&mut robot.park)) {
@@ -277,6 +280,18 @@ mod tests {
         RobotConfig { feedback: [-0.8, 0.0, 0.3, 0.8], ..other() }
     }
 
+    /// Both rules in one word, each with its own bit: a record of before, which has the first alone, is read as it was.
+    #[test]
+    fn the_rules_have_a_bit_each() {
+        for (word, walks_again, required) in [(0, false, false), (1, true, false), (2, false, true), (3, true, true)] {
+            let mut robot = RobotConfig { require_brown_out_reset: required, ..RobotConfig::default_biped() };
+            robot.follower.walks_again_after_lost_sensor = walks_again;
+            let record = record_of(&robot, &NAME);
+            assert_eq!(words_of(&record)[2], word);
+            assert_eq!(read(record.bytes()).expect("whole").expect("there").robot, robot);
+        }
+    }
+
     fn of_words(words: &[u32]) -> Record {
         of_kind(KIND, words)
     }
@@ -331,7 +346,7 @@ mod tests {
             (0, 1.0_f32.to_bits(), "robot.min_supply is 1 V; allowed are 1.8 to 3.6 V"),
             (1, 61.0_f32.to_bits(), "follower.disarm_after_stand_s is 61 s; allowed are 1 to 60 s"),
             (1, nan, "follower.disarm_after_stand_s is not a finite number"),
-            (2, 2, "walks again after a lost sensor is 2; allowed is 0 to 1"),
+            (2, 4, "the word of the rules is 4; allowed is 0 to 3"),
             (HEAD_WORDS, nan, "gate.range.least[left_hip] is not a finite number"),
             (14 + 1, 9.0_f32.to_bits(), "gate.range.most[right_hip] is 515.662 deg"),
             (25 + 2, 0, "gate.rate[left_knee] is 0 deg/s"),

@@ -345,7 +345,7 @@ fn another_image_or_another_version_is_refused() {
         (garbage.lines, "does not begin with a frame of this image"),
         (
             version.lines,
-            "the board sends records of version 99, this program reads version 8: flash the image of this checkout",
+            "the board sends records of version 99, this program reads version 9: flash the image of this checkout",
         ),
         (strange, "the virtual board wrote `thread 'main' panicked`"),
     ] {

@@ -4,6 +4,7 @@
 //! schema = 2
 //! name = "biped 2"               # 1 to 24 bytes, shown in the board's boot line
 //! min_supply_v = 2.7
+//! require_brown_out_reset = true # may be absent: false
 //!
 //! [follower]                     # when a generator that follows a person stops by itself
 //! disarm_after_stand_s = 10
@@ -17,7 +18,7 @@
 //! ...
 //! ```
 //! `footfall defaults robot` prints the default robot in this layout. Every field is required, so that a file does not depend on the
-//! defaults of the program that reads it; but for `feedback` of a joint, a share from -0.8 to 0.8 that is 0 where it is absent. A file of schema 1 has no table `follower`: it is read with the numbers that every board had then, those above. Numbers are written in the shortest form that reads back to the same bits.
+//! defaults of the program that reads it; but for `feedback` of a joint, a share from -0.8 to 0.8 that is 0 where it is absent, and `require_brown_out_reset`, which is `false`. A file of schema 1 has no table `follower`: it is read with the numbers that every board had then, those above. Numbers are written in the shortest form that reads back to the same bits.
 
 use std::path::Path;
 
@@ -47,6 +48,7 @@ const COMMENT: &str = "\
 # must be within shortest_us to longest_us. park_deg: the pose that motion starts from and comes back to.
 # pose: up to 6 bounds on two joints together, first + second (sum) or first - second (difference).
 # min_supply_v: below it no sensor sample is good; the board's own least supply holds where it is higher.
+# require_brown_out_reset = true: a board whose brown-out reset is off does not arm; without the key it warns.
 # follower: when a generator that follows a person stops by itself. disarm_after_stand_s, 1 to 60: after so long without a stride of the person the
 # outputs go off. walks_again_after_lost_sensor: true lets it walk again by itself when a sensor that was lost for more than 5 s is good again, before
 # the outputs are off by the time above; with false that takes a hold of the button.
@@ -100,7 +102,7 @@ impl RobotFile {
     fn of(file: &TomlFile) -> Result<Self, FileError> {
         let top = file.top(HELP)?;
         let joints = Joint::ALL.map(Joint::name);
-        let old_keys = [&["schema", "name", "min_supply_v", "pose"][..], &joints].concat();
+        let old_keys = [&["schema", "name", "min_supply_v", "require_brown_out_reset", "pose"][..], &joints].concat();
         let keys = [&old_keys[..], &["follower"]].concat();
         let schema = top.layout(FileKind::Robot, &[(OLD_SCHEMA, &old_keys), (SCHEMA, &keys)])?;
         let layout: Layout = top.read()?;
@@ -142,6 +144,9 @@ struct Layout {
     schema: u32,
     name: String,
     min_supply_v: f32,
+    /// `None` is `false`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    require_brown_out_reset: Option<bool>,
     /// Required from schema 2 on.
     follower: Option<Follower>,
     left_hip: OneJoint,
@@ -198,7 +203,7 @@ struct Pose {
 
 impl Layout {
     fn of(file: &RobotFile) -> Self {
-        let RobotConfig { gate, servos, park, min_supply, follower, feedback } = file.robot;
+        let RobotConfig { gate, servos, park, min_supply, follower, feedback, require_brown_out_reset } = file.robot;
         let joint = |joint: Joint| {
             let at = joint as usize;
             let (range, servo) = (gate.range[at], servos[at]);
@@ -225,6 +230,7 @@ impl Layout {
             schema: SCHEMA,
             name: file.name.as_str().into(),
             min_supply_v: min_supply.0,
+            require_brown_out_reset: Some(true).filter(|_| require_brown_out_reset),
             follower: Some(Follower {
                 disarm_after_stand_s: follower.disarm_after_stand_s,
                 walks_again_after_lost_sensor: follower.walks_again_after_lost_sensor,
@@ -267,6 +273,7 @@ impl Layout {
             min_supply: Volts(self.min_supply_v),
             follower,
             feedback: joints.map(|joint| joint.feedback.unwrap_or(0.0)),
+            require_brown_out_reset: self.require_brown_out_reset.unwrap_or(false),
         }
     }
 }

@@ -49,7 +49,18 @@ impl FileKind {
         let any = |keys: &[&str]| keys.iter().any(|key| has(key));
         let kinds = [
             (Self::Generator, any(&["generator", "provenance"])),
-            (Self::Robot, any(&["min_supply_v", "pose", "left_hip", "right_hip", "left_knee", "right_knee"])),
+            (
+                Self::Robot,
+                any(&[
+                    "min_supply_v",
+                    "require_brown_out_reset",
+                    "pose",
+                    "left_hip",
+                    "right_hip",
+                    "left_knee",
+                    "right_knee",
+                ]),
+            ),
             (Self::Sensor, any(&["points", "divider", "interpolation"])),
         ];
         let mut found = kinds.into_iter().filter(|(_, is)| *is).map(|(kind, _)| kind);

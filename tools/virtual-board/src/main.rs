@@ -146,9 +146,9 @@ struct Cli {
     /// The option bytes have the brown-out reset off, as in a chip as delivered
     #[arg(long)]
     no_brown_out_reset: bool,
-    /// Level of the brown-out reset in the option bytes; `cargo xtask flash` sets the highest one
-    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(1..=3), default_value_t = 3, conflicts_with = "no_brown_out_reset")]
-    brown_out_level: u8,
+    /// Level of the brown-out reset in the option bytes [default: that of the board, f4-discovery 2, black-pill-f411 3]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(1..=3), conflicts_with = "no_brown_out_reset")]
+    brown_out_level: Option<u8>,
     /// The crystal does not start
     #[arg(long, conflicts_with = "hse_hz")]
     hse_dead: bool,
@@ -428,7 +428,8 @@ fn run(cli: &Cli) -> Result<u8> {
     let default = image.board.config();
     let vdda = cli.vdda.unwrap_or(default.vdda);
     // BOR_LEV counts from the highest level down. The model's default is that of a chip as delivered: off.
-    let bor_level = if cli.no_brown_out_reset { default.bor_level } else { 3 - cli.brown_out_level };
+    let brown_out_level = cli.brown_out_level.unwrap_or(image.board.brown_out_level());
+    let bor_level = if cli.no_brown_out_reset { default.bor_level } else { 3 - brown_out_level };
     let hse_hz = cli.hse_hz.unwrap_or(default.hse_hz);
     let config = SocConfig { hse_hz, lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
     let options = RunOptions {

@@ -88,6 +88,14 @@ impl ModelledBoard {
         }
     }
 
+    /// Level of the brown-out reset that `cargo xtask board brown-out` sets.
+    pub(crate) const fn brown_out_level(self) -> u8 {
+        match self {
+            Self::F4Discovery => 2,
+            Self::BlackPillF411 => 3,
+        }
+    }
+
     /// What is wired to the chip.
     pub(crate) const fn wiring(self) -> Wiring {
         match self {

@@ -24,9 +24,7 @@ pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<BoardLoop,
         ("robot record", &boot.robot, &robot, "the file it was made from, with --robot"),
     ] {
         let Some(RecordId { name, crc }) = board else {
-            return Err(
-                "the board refused its flash records, or has no robot record; `cargo xtask flash` writes them".into()
-            );
+            return Err("the board refused its flash records; `cargo xtask flash` writes them".into());
         };
         let known = known(&RecordName::cut(name));
         if *crc != known {
@@ -55,7 +53,7 @@ mod tests {
     use crate::board::default_loop::{TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL};
     use joint_loop::RobotConfig;
     use joint_units::Radians;
-    use wire::{LastOutputs, Reset};
+    use wire::{BrownOut, LastOutputs, Reset};
 
     /// The boot record of a board with these parameters, under names that this program does not know.
     fn boot(parameters: &Parameters) -> Boot {
@@ -75,6 +73,8 @@ mod tests {
             robot: id(robot_record::record_of(&parameters.robot, &name).crc()),
             shadow: false,
             last_outputs: None,
+            sealed: Some(true),
+            brown_out: BrownOut { level: 3, wanted: 3 },
         }
     }
 
@@ -115,6 +115,6 @@ mod tests {
         let mut refused = boot(&parameters(other));
         refused.robot = None;
         let error = loop_of(&parameters(other), &refused).unwrap_err();
-        assert!(error.contains("has no robot record"), "{error}");
+        assert!(error.contains("refused its flash records"), "{error}");
     }
 }

@@ -15,7 +15,7 @@ use wire::{DecodeError, FrameError, MAX_FRAME_BYTES, Record, Unframer, decode_fr
 
 /// Rate of the board's port.
 #[cfg(unix)]
-const BAUD: u32 = 2_000_000;
+const BAUD: u32 = 1_000_000;
 
 /// A frame that holds no record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -75,7 +75,7 @@ impl Origin {
     pub const fn to_check(&self) -> &'static str {
         match self {
             Self::Serial(_) => {
-                "check that the board runs (a board that stays off sends nothing: see its lamps) and that this is its port, 2 Mbaud"
+                "check that the board runs (a board that stays off sends nothing: see its lamps) and that this is its port, 1 Mbaud"
             }
             Self::Log(_) => {
                 "check that the board runs, that the probe's program is attached and has found the RTT control block, and that this is channel 0"

@@ -3,7 +3,7 @@
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::{robot_record, sensor_record};
 use joint_loop::{RecordName, RobotConfig};
-use wire::{Answered, Boot, Frame, Record, RecordId};
+use wire::{Answered, Boot, Frame, Record, RecordId, Warnings};
 
 use crate::board::counters::Counters;
 use crate::board::run::Event;
@@ -11,6 +11,7 @@ use crate::board::transport::Heard;
 use crate::options::sensors::joints;
 use crate::publish::Publisher;
 use crate::view::state::{View, Watched};
+use crate::view::warnings::explained;
 
 /// What is shown so far.
 pub(super) struct Shown {
@@ -24,6 +25,8 @@ pub(super) struct Shown {
     has_log: bool,
     /// A debugger was attached while the outputs were on, in the last report.
     armed_with_debugger: bool,
+    /// What the board warned of in the last report.
+    warned: Warnings,
     pub(super) publisher: Publisher,
 }
 
@@ -47,6 +50,7 @@ impl Shown {
             began_s: 0.0,
             has_log,
             armed_with_debugger: false,
+            warned: Warnings::NONE,
             publisher,
         }
     }
@@ -91,6 +95,7 @@ impl Shown {
             Record::Environment(environment) => {
                 let mut news = self.show(Event::Environment(environment));
                 news.extend(self.debugger(environment.debugger));
+                news.extend(self.warn(environment.warnings));
                 news
             }
             Record::Conditions(conditions) => self.show(Event::Conditions(conditions)),
@@ -123,6 +128,18 @@ impl Shown {
             return self.show(Event::Log { t_s: self.view.t_s, level: "warn".into(), text: text.into() });
         }
         Vec::new()
+    }
+
+    /// Reports what the board warns of, each once in a boot. A log has those lines of the board.
+    fn warn(&mut self, now: Warnings) -> Vec<News> {
+        let before = std::mem::replace(&mut self.warned, now);
+        if self.has_log {
+            return Vec::new();
+        }
+        let new = now.each().filter(|one| !before.contains(*one)).map(explained);
+        let lines: Vec<_> =
+            new.map(|text| Event::Log { t_s: self.view.t_s, level: "warn".into(), text: text.into() }).collect();
+        lines.into_iter().flat_map(|line| self.show(line)).collect()
     }
 
     fn tick(&mut self, tick: Frame) -> Vec<News> {
@@ -161,6 +178,7 @@ impl Shown {
     }
 
     fn restart(&mut self, cause: &str) -> Vec<News> {
+        self.warned = Warnings::NONE;
         // A board that is met while it runs shows its own time.
         self.began_s = if self.has_frames() { self.view.t_s } else { 0.0 };
         if let Some(tuning) = &mut self.view.tuning {
@@ -206,7 +224,13 @@ mod tests {
     #[test]
     fn a_debugger_is_reported_once_for_each_arming() {
         let report = |debugger| {
-            Heard::Record(Record::Environment(Environment { die_c: None, supply_v: None, watchdog_hz: None, debugger }))
+            Heard::Record(Record::Environment(Environment {
+                die_c: None,
+                supply_v: None,
+                watchdog_hz: None,
+                debugger,
+                warnings: Warnings::NONE,
+            }))
         };
         let at = |tick, state| {
             let frame = Frame { tick, state, ..Frame::from(&typical_loop().unwrap().frame()) };
@@ -231,6 +255,37 @@ mod tests {
                     .count();
             }
             assert_eq!(warnings, if has_log { 0 } else { 2 });
+        }
+    }
+
+    /// Each warning is one line of a boot at a port, and none where the board's own log has it.
+    #[test]
+    fn what_a_board_warns_of_is_said_once_in_a_boot() {
+        let report = |warnings| {
+            Heard::Record(Record::Environment(Environment {
+                die_c: None,
+                supply_v: None,
+                watchdog_hz: None,
+                debugger: false,
+                warnings,
+            }))
+        };
+        let said = |news: &[News]| {
+            let lines = news.iter().filter_map(|news| match news {
+                News::Event(Event::Log { level, text, .. }) if level == "warn" => Some(text.clone()),
+                _ => None,
+            });
+            lines.collect::<Vec<_>>()
+        };
+        for has_log in [false, true] {
+            let mut shown = Shown::titled("a board".into(), has_log, Publisher::default());
+            let both = Warnings::UNSEALED.with(Warnings::BROWN_OUT);
+            let counts = [Warnings::UNSEALED, both, both].map(|warnings| said(&shown.take(report(warnings))).len());
+            assert_eq!(counts, if has_log { [0; 3] } else { [1, 1, 0] });
+            let _ = shown.restart("pin");
+            let lines = said(&shown.take(report(both)));
+            assert_eq!(lines.len(), if has_log { 0 } else { 2 }, "after a reset again");
+            assert!(has_log || lines[1].contains("cargo xtask board brown-out"), "{lines:?}");
         }
     }
 

@@ -8,3 +8,4 @@ pub mod plain;
 pub mod screen;
 pub mod state;
 pub mod tuning;
+pub mod warnings;

@@ -59,6 +59,7 @@ pub fn object(view: &View) -> Value {
         "shadow": view.counters.shadow,
         "watchdog_hz": view.environment.and_then(|chip| chip.watchdog_hz),
         "debugger": view.environment.map(|chip| chip.debugger),
+        "warnings": view.environment.map(|chip| chip.warnings.names().collect::<Vec<_>>()),
         "supply_dips": view.conditions.map(|conditions| conditions.supply_dips),
         "following": view.counters.following,
         "setpoint_deg": tick.setpoints_deg(),

@@ -2,12 +2,14 @@
 
 use crate::view::angle_chart::chart;
 use crate::view::state::{View, Watched};
+use crate::view::warnings::short;
 use joint_loop::{SENSORS, SupervisorState};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Borders, Gauge, Paragraph, Wrap};
+use wire::Warnings;
 
 /// Smallest terminal with charts; on a smaller one there is text only.
 pub const LEAST: (u16, u16) = (80, 24);
@@ -144,9 +146,15 @@ fn second(view: &View) -> Line<'_> {
     let dips = view.conditions.map_or(0, |conditions| conditions.supply_dips);
     let dips = if dips == 0 { String::new() } else { format!("  {dips} dips of the supply") };
     let debugger = if view.environment.is_some_and(|chip| chip.debugger) { "  debugger attached" } else { "" };
+    let warnings = view.environment.map_or(Warnings::NONE, |chip| chip.warnings);
+    let warnings: String = warnings.each().map(|one| format!(" ! {}", short(one))).collect();
     let watchdog = view.environment.and_then(|chip| chip.watchdog_hz);
     let watchdog = watchdog.map_or(String::new(), |hz| format!("  watchdog {:.1} kHz", f64::from(hz) / 1000.0));
-    Line::from(format!(" {books}{debugger}{supply}{dips}{die}{watchdog}{cost}"))
+    let rest = format!(" {books}{debugger}{supply}{dips}{die}{watchdog}{cost}");
+    Line::from(vec![
+        Span::styled(warnings, Style::new().fg(Color::Yellow).add_modifier(Modifier::BOLD)),
+        Span::raw(rest),
+    ])
 }
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
@@ -338,6 +346,18 @@ mod tests {
             assert!(screen.contains(words), "no `{words}` in\n{screen}");
         }
         assert!(!screen.contains("no pulse"), "{screen}");
+    }
+
+    /// On the smallest screen too: they stand before what may be cut off.
+    #[test]
+    fn what_the_board_warns_of_is_on_the_screen() {
+        let mut view = view(50);
+        let warnings = Warnings::UNSEALED.with(Warnings::BROWN_OUT).with(Warnings::BUILT_IN_ROBOT);
+        let chip = wire::Environment { die_c: None, supply_v: None, watchdog_hz: None, debugger: true, warnings };
+        view.take(&Event::Environment(chip), &Counters::default());
+        let screen = shown(&view, LEAST.0, LEAST.1);
+        assert!(screen.contains("! no seal ! brown-out level ! built-in robot"), "{screen}");
+        assert!(!screen.contains("faults halt"), "{screen}");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use serde_json::json;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
-use wire::{Boot, Call, Frame, Inputs, Record, RecordId, Reset};
+use wire::{Boot, BrownOut, Call, Frame, Inputs, Record, RecordId, Reset};
 
 /// What a board gives its loop in a tick.
 type BoardSample = Sample<SENSORS>;
@@ -144,6 +144,8 @@ impl SimulatedBoard {
             robot: id(robot_record::record_of(&default.robot, &name).crc()),
             shadow: false,
             last_outputs: None,
+            sealed: Some(true),
+            brown_out: BrownOut { level: 3, wanted: 3 },
         })));
     }
 

@@ -153,7 +153,7 @@ proptest! {
         rate in prop::array::uniform4(100.0_f32..500.0), acceleration in prop::array::uniform4(2_000.0_f32..60_000.0),
         park in prop::array::uniform4(0.0_f32..5.0), neutral in prop::array::uniform4(1_450_u16..1_550),
         scale in prop::array::uniform4(300.0_f32..650.0), mirrored: [bool; 4], supply in 1.8_f32..3.6, poses in 0_usize..7,
-        stand in 1.0_f32..60.0, walks_again: bool, feedback in prop::array::uniform4(prop::option::of(-0.8_f32..=0.8)),
+        stand in 1.0_f32..60.0, walks_again: bool, required: bool, feedback in prop::array::uniform4(prop::option::of(-0.8_f32..=0.8)),
     ) {
         let mut file = RobotFile::default_biped();
         let robot = &mut file.robot;
@@ -175,6 +175,7 @@ proptest! {
         (robot.park, robot.min_supply) = (rad(park), Volts(supply));
         robot.follower = FollowerRules { disarm_after_stand_s: stand, walks_again_after_lost_sensor: walks_again };
         robot.feedback = feedback.map(|share| share.unwrap_or(0.0));
+        robot.require_brown_out_reset = required;
         prop_assume!(robot.build(Period::MILLISECOND).is_ok());
         assert_round_trip(file);
     }

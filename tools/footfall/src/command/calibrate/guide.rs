@@ -212,7 +212,7 @@ mod tests {
     use super::*;
     use crate::board::telemetry::printed;
     use std::io::Cursor;
-    use wire::{Call, Environment, Inputs, Record};
+    use wire::{Call, Environment, Inputs, Record, Warnings};
 
     fn plan(angles_deg: &[f64]) -> Plan {
         Plan { angles_deg: angles_deg.into(), samples: 4, most_sd: 3.0 }
@@ -254,6 +254,7 @@ mod tests {
             supply_v: None,
             watchdog_hz: None,
             debugger: false,
+            warnings: Warnings::NONE,
         }));
         let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\n{other}\n{two}\n");
         let (text, _) = guided(&[30.0, 40.0, 50.0], &log, "skip\n\nend\n");
@@ -268,7 +269,7 @@ mod tests {
             ("1\n1 2 3\n", "\n", "codes, line 2: `1 2 3`"),
             ("1\n1 2\n", "\n", "with and without VREFINT"),
             ("wire [03, 7]\n", "\n", "codes, line 1: printed record: byte 1 is not two hexadecimal digits"),
-            ("wire [00, 07]\n", "\n", "the board sends records of version 7, this program reads version 8"),
+            ("wire [00, 07]\n", "\n", "the board sends records of version 7, this program reads version 9"),
             ("1\n", "", "the answers end at 0 degrees; allowed is `end`"),
         ] {
             let error = guided(&[0.0], codes, answers).0.unwrap_err();

@@ -93,6 +93,8 @@ pub(crate) fn boot(booted: &Booted) -> Value {
         "last_outputs": boot.last_outputs.map(|LastOutputs { pulses_us, on, cut }| {
             json!({ "pulses_us": pulses_us, "on": on, "cut": cut })
         }),
+        "sealed": boot.sealed,
+        "brown_out": { "level": boot.brown_out.level, "wanted": boot.brown_out.wanted },
     })
 }
 

@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
-use wire::{Boot, Call, Flags, LastOutputs, RecordId, Reset};
+use wire::{Boot, BrownOut, Call, Flags, LastOutputs, RecordId, Reset};
 
 /// Why a capture cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -238,7 +238,19 @@ fn boot(values: &Values<'_>, value: &Value) -> Result<Option<Boot>, RecordedErro
         robot: id("robot")?,
         shadow: flag("shadow")?,
         last_outputs: last_outputs(values, &value["last_outputs"])?,
+        sealed: value["sealed"].as_bool(),
+        brown_out: brown_out(values, &value["brown_out"])?,
     }))
+}
+
+/// A capture of a version before 9 has none: then a board armed only at level 3.
+fn brown_out(values: &Values<'_>, value: &Value) -> Result<BrownOut, RecordedError> {
+    if value.is_null() {
+        return Ok(BrownOut { level: 3, wanted: 3 });
+    }
+    let level = |key: &str| u8::try_from(value[key].as_u64()?).ok();
+    let levels = level("level").zip(level("wanted")).map(|(level, wanted)| BrownOut { level, wanted });
+    levels.ok_or_else(|| values.wrong("brown_out", "is not `level` and `wanted`"))
 }
 
 fn last_outputs(values: &Values<'_>, value: &Value) -> Result<Option<LastOutputs>, RecordedError> {
