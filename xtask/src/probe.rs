@@ -23,7 +23,7 @@ pub(crate) const LEAST_VERSION: [u32; 3] = [0, 32, 0];
 pub(crate) const INSTALL: &str = "cargo install probe-rs-tools --locked --version 0.32.0";
 
 /// The variable that names the folder of probe-rs and cargo-embed.
-const FOLDER: &str = "FOOTFALL_PROBE_RS";
+pub(crate) const FOLDER: &str = "FOOTFALL_PROBE_RS";
 
 /// The variable by which probe-rs itself takes a probe that it cannot list, such as a virtual board.
 const PROBE: &str = "PROBE_RS_PROBE";
