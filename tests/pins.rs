@@ -130,4 +130,18 @@ fn help_texts_and_flash_have_the_board_files_numbers() {
     assert_eq!(SECTOR_BYTES, firmware_rp2040::board::SECTOR_BYTES, "the tools have one number for all families");
     let line = format!("const SECTOR_BYTES: usize = {} * 1024;", SECTOR_BYTES / 1024);
     assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
+    // The level of the brown-out reset, as `cargo xtask board brown-out` sets it without an option.
+    let option_bytes = read("xtask/src/option_bytes.rs");
+    let level = |board: &firmware::board::Board| match board.brown_out_level {
+        firmware::board::BrownOutLevel::Two => "Level::Two",
+        firmware::board::BrownOutLevel::Three => "Level::Three",
+    };
+    let [discovery, nucleo, black_pill] = firmware::board::BOARDS.map(level);
+    assert_eq!(nucleo, black_pill, "xtask has one line for both");
+    for line in [
+        format!("Board::F4Discovery => {discovery},"),
+        format!("Board::NucleoF446re | Board::BlackPillF411 => {nucleo},"),
+    ] {
+        assert!(option_bytes.contains(&line), "xtask/src/option_bytes.rs lacks `{line}`");
+    }
 }

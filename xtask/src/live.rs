@@ -1,11 +1,13 @@
 //! `cargo xtask watch` and `cargo xtask record`: a connected board, shown live or recorded: by probe-rs, by the server of another debug probe's
 //! program, or through its serial port.
+//!
+//! The records of a board are bytes, in RTT channel 1. `probe-rs attach` prints them as text, which they are not; only the program `cargo embed` of the same package
+//! gives them as they are, to a socket that it connects to. It shows a screen of its own and wants a terminal for it: it gets a pseudo-terminal that nobody sees.
 
 use std::ffi::OsString;
-use std::fs::File;
+use std::net::{Ipv4Addr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitCode, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result};
 
@@ -15,8 +17,8 @@ use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
 
-/// How long probe-rs may take for its end.
-const PROBE_ENDS_WITHIN: Duration = Duration::from_secs(3);
+#[cfg(unix)]
+mod hidden_terminal;
 
 /// Options of `cargo xtask watch` and `cargo xtask record`.
 #[derive(Debug, clap::Args)]
@@ -55,9 +57,9 @@ impl Use {
         }
     }
 
-    /// Whether `footfall` takes the ELF file with this source.
-    fn names_elf(self, source: &str) -> bool {
-        self == Self::Record || source == "--rtt"
+    /// Whether `footfall` takes the ELF file, for the head of a capture.
+    fn names_elf(self) -> bool {
+        self == Self::Record
     }
 }
 
@@ -69,7 +71,7 @@ pub(crate) fn live(options: &Options, used: Use) -> Result<ExitCode> {
         return Err(missing);
     }
     let mut workspace = Workspace::open()?;
-    let elf = if probe || used.names_elf(if options.rtt.is_some() { "--rtt" } else { "--serial" }) {
+    let elf = if probe || used.names_elf() {
         workspace.set_up(&[Need::BoardCompiler])?;
         let image = workspace.firmware(options.board, options.variant)?;
         eprintln!("image: {}, {}", image.elf.display(), image.footprint);
@@ -81,7 +83,7 @@ pub(crate) fn live(options: &Options, used: Use) -> Result<ExitCode> {
     let command = |source: &str, of: OsString| {
         let mut command = shell::command(&footfall);
         command.current_dir(&workspace.started_in).arg(used.command()).arg(source).arg(of);
-        if let Some(elf) = elf.as_ref().filter(|_| used.names_elf(source)) {
+        if let Some(elf) = elf.as_ref().filter(|_| used.names_elf()) {
             command.arg("--elf").arg(elf);
         }
         command.args(&options.footfall);
@@ -91,60 +93,80 @@ pub(crate) fn live(options: &Options, used: Use) -> Result<ExitCode> {
         (Some(port), ..) => shell::replace_with(&mut command("--serial", port.into())),
         (None, Some(source), _) => shell::replace_with(&mut command("--rtt", source.clone())),
         (None, None, Some(elf)) => {
-            let log = workspace.target_dir.join("board").join("probe-rs.log");
-            behind_probe_rs(options.board, elf, &log, command("--rtt-lines", "-".into()))
+            let address = free_address()?;
+            let footfall = command("--rtt", format!("tcp-listen:{address}").into());
+            behind_probe_rs(options.board, elf, &address, &workspace.target_dir.join("board"), footfall)
         }
         (None, None, None) => anyhow::bail!("there is no image"),
     }
 }
 
-/// Runs `footfall` on what probe-rs prints. The board is neither flashed nor reset.
-fn behind_probe_rs(board: Board, elf: &Path, log: &Path, mut footfall: Command) -> Result<ExitCode> {
-    if let Some(folder) = log.parent() {
-        std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
-    }
-    // On the screen its messages would be in the way.
-    let messages = File::create(log).with_context(|| format!("writing {}", log.display()))?;
-    let mut probe = shell::command("probe-rs")
-        .args(["attach", "--chip", board.chip(), "--log-format", "{L} {s}"])
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(messages)
-        .spawn()
-        .context("starting probe-rs")?;
-    let lines = probe.stdout.take().context("no standard output of probe-rs")?;
-    let status = footfall.stdin(lines).status().context("starting footfall");
-    // Its pipe is closed when this command is gone.
-    drop(footfall);
-    end(&mut probe)?;
+/// An address on this computer that no program listens at.
+fn free_address() -> Result<String> {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).context("looking for a free port")?;
+    Ok(listener.local_addr().context("looking for a free port")?.to_string())
+}
+
+/// Settings of `cargo embed` that neither write nor reset the board, and give the bytes of channel 1 to a program that listens at the address.
+///
+/// Both channels keep the mode in which the firmware never waits: with the mode that probe-rs sets by itself (block if full) channel 1 is silent.
+fn embed_settings(board: Board, address: &str) -> String {
+    format!(
+        "[default.general]
+chip = \"{}\"
+[default.flashing]
+enabled = false
+[default.reset]
+enabled = false
+[default.rtt]
+enabled = true
+timeout = 10000
+up_channels = [
+    {{ channel = 0, mode = \"NoBlockSkip\", format = \"Defmt\" }},
+    {{ channel = 1, mode = \"NoBlockSkip\", format = \"BinaryLE\", socket = \"{address}\" }},
+]
+tabs = [{{ up_channel = 0 }}, {{ up_channel = 1, hide = true }}]
+",
+        board.chip()
+    )
+}
+
+/// Runs `footfall`, which listens at the address, and `cargo embed`, which gives it the records. The board is neither written nor reset.
+#[cfg(unix)]
+fn behind_probe_rs(board: Board, elf: &Path, address: &str, folder: &Path, mut footfall: Command) -> Result<ExitCode> {
+    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    let settings = folder.join("embed.toml");
+    std::fs::write(&settings, embed_settings(board, address))
+        .with_context(|| format!("writing {}", settings.display()))?;
+    eprintln!(
+        "attaching halts the chip for some milliseconds: attach before you arm, a walking board may be reset by its watchdog"
+    );
+    let mut embed = probe::embed(&settings, elf)?;
+    embed.current_dir(folder);
+    let mut running = footfall.spawn().context("starting footfall")?;
+    let embed = hidden_terminal::Hidden::start(&mut embed);
+    let status = match &embed {
+        Ok(_) => running.wait().context("waiting for footfall"),
+        Err(_) => running.kill().and_then(|()| running.wait()).context("ending footfall"),
+    };
+    let said = embed?.end()?;
     let status = status?;
     if !status.success() {
-        let said = std::fs::read_to_string(log).unwrap_or_default();
-        let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty()).collect();
-        for line in &lines[lines.len().saturating_sub(5)..] {
+        for line in &said {
             eprintln!("probe-rs: {line}");
         }
     }
+    eprintln!("{}", probe::POWER_CYCLE);
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
-/// Asks a program to end, and kills it where it does not.
-fn end(child: &mut Child) -> Result<()> {
-    let until = Instant::now() + PROBE_ENDS_WITHIN;
-    if cfg!(unix) {
-        // It leaves the probe in order. A failure shows below: then it is killed.
-        let _ = shell::command("kill").args(["-TERM", &child.id().to_string()]).stderr(Stdio::null()).status();
-    }
-    while child.try_wait().context("waiting for probe-rs")?.is_none() {
-        if Instant::now() >= until {
-            child.kill().context("ending probe-rs")?;
-            child.wait().context("waiting for probe-rs")?;
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    Ok(())
+/// Elsewhere there is no pseudo-terminal for `cargo embed`.
+#[cfg(not(unix))]
+fn behind_probe_rs(board: Board, _: &Path, _: &str, _: &Path, footfall: Command) -> Result<ExitCode> {
+    let command = footfall.get_args().next().and_then(|name| name.to_str()).map(str::to_owned);
+    let used = if command.as_deref() == Some("record") { Use::Record } else { Use::Watch };
+    eprintln!("{}", other_ways(board, used));
+    anyhow::bail!("on this system the records do not come through probe-rs: use another way")
 }
 
 /// The commands that do the same without probe-rs.
@@ -155,7 +177,7 @@ fn other_ways(board: Board, used: Use) -> String {
         "without probe-rs:\n  \
          through the serial port:  cargo xtask {command} --board {name} --serial /dev/ttyACM0\n  \
          with OpenOCD:  openocd -f interface/stlink.cfg -f target/stm32f4x.cfg -c init -c 'rtt setup 0x20000000 0x20000 \"SEGGER RTT\"' \
-         -c 'rtt start' -c 'rtt server start 9090 0'\n                 \
+         -c 'rtt start' -c 'rtt server start 9090 1'\n                 \
          and beside it:  cargo xtask {command} --board {name} --rtt tcp:localhost:9090\n  \
          with J-Link:   JLinkExe -device {jlink} -if SWD -speed 4000 -autoconnect 1\n                 \
          and beside it:  cargo xtask {command} --board {name} --rtt tcp:localhost:19021"
@@ -186,7 +208,7 @@ mod tests {
     fn the_other_ways_name_board_and_command() {
         let text = other_ways(Board::NucleoF446re, Use::Record);
         for words in
-            ["cargo xtask record --board nucleo-f446re --serial", "rtt server start 9090 0", "-device STM32F446RE "]
+            ["cargo xtask record --board nucleo-f446re --serial", "rtt server start 9090 1", "-device STM32F446RE "]
         {
             assert!(text.contains(words), "{text}");
         }

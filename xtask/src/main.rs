@@ -177,7 +177,7 @@ mod tests {
     fn an_unknown_group_is_refused() {
         assert!(Cli::try_parse_from(["cargo xtask", "setup", "--with", "qemu", "--with", "node"]).is_ok());
         let error = Cli::try_parse_from(["cargo xtask", "setup", "--with", "traces"]).err().unwrap().to_string();
-        assert!(error.contains("qemu, node, chromium, python"), "{error}");
+        assert!(error.contains("qemu, node, chromium, python, c++, probe"), "{error}");
     }
 
     #[test]

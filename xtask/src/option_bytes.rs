@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::board::Board;
-use crate::probe::{self, done};
+use crate::probe;
 use crate::shell;
 
 /// FLASH_OPTCR (RM0090 3.9.6, RM0390 3.8.6, RM0383 3.8.6).
@@ -296,7 +296,7 @@ pub(crate) fn set(board: Board, options: &Options, folder: &Path) -> Result<()> 
     let mut download = shell::command(probe::program("probe-rs")?);
     download.args(["download", "--chip", CHIP, "--chip-description-path"]).arg(&chip).arg("--disable-progressbars");
     download.args(["--binary-format", "bin", "--base-address", &format!("{PLACE:#x}")]).arg(&word);
-    done(&mut download, "probe-rs download").context("setting the brown-out reset")?;
+    shell::stdout_of(&mut download).context("setting the brown-out reset")?;
     let new = read(board, folder)?;
     probe::reset(board)?;
     ensure!(
@@ -305,10 +305,12 @@ pub(crate) fn set(board: Board, options: &Options, folder: &Path) -> Result<()> 
         level.name()
     );
     eprintln!("option bytes: the brown-out reset is at level {} now; it counts from the next power-on", level.name());
-    eprintln!(
-        "if the board does not start then: feed 3.3 V to its 3V pin and run `cargo xtask board brown-out --board {} --level off`",
-        board.feature()
-    );
+    if level != Level::Off {
+        eprintln!(
+            "if the board does not start then: feed 3.3 V to its 3V pin and run `cargo xtask board brown-out --board {} --level off`",
+            board.feature()
+        );
+    }
     Ok(())
 }
 

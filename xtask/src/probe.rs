@@ -23,7 +23,7 @@ pub(crate) const LEAST_VERSION: [u32; 3] = [0, 32, 0];
 pub(crate) const INSTALL: &str = "cargo install probe-rs-tools --locked --version 0.32.0";
 
 /// The variable that names the folder of probe-rs and cargo-embed.
-const FOLDER: &str = "FOOTFALL_PROBE_RS";
+pub(crate) const FOLDER: &str = "FOOTFALL_PROBE_RS";
 
 /// The variable by which probe-rs itself takes a probe that it cannot list, such as a virtual board.
 const PROBE: &str = "PROBE_RS_PROBE";
@@ -132,11 +132,13 @@ pub(crate) fn tools_folder() -> PathBuf {
     Path::new(&manifest).with_file_name("target").join("tools").join("probe-rs")
 }
 
-/// The version in what a program of the package says: `probe-rs 0.32.0 (git commit: crates.io)`.
+/// The version in what a program of the package says: `probe-rs 0.32.0 (git commit: crates.io)`, `cargo embed 0.32.0 (git commit: crates.io)`.
 fn version(said: &str) -> Option<[u32; 3]> {
-    let number = said.split_whitespace().nth(1)?.split('-').next()?;
-    let parts: Vec<u32> = number.split('.').map(str::parse).collect::<Result<_, _>>().ok()?;
-    parts.try_into().ok()
+    let number = |word: &str| {
+        let parts: Vec<u32> = word.split('-').next()?.split('.').map(str::parse).collect::<Result<_, _>>().ok()?;
+        parts.try_into().ok()
+    };
+    said.split_whitespace().find_map(number)
 }
 
 /// The command that writes an image into a board's flash, starts it and shows its log, until it is ended. `wire` has records for programs, and is not shown.
@@ -144,6 +146,18 @@ pub(crate) fn run(chip: &str, elf: &Path) -> Result<Command> {
     let mut run = shell::command(program("probe-rs")?);
     run.args(["run", "--chip", chip]).args(NO_CATCHES).args(["--rtt-up-channels", "0"]).arg(elf);
     Ok(run)
+}
+
+/// The command that shows the channels of a running board as `cargo embed` does, with these settings. `probe-rs` has that program in itself.
+#[cfg(unix)]
+pub(crate) fn embed(settings: &Path, elf: &Path) -> Result<Command> {
+    let mut embed = shell::command(program("probe-rs")?);
+    embed.args(["cargo-embed", "--disable-progressbars", "--config-file"]).arg(settings).arg("--path").arg(elf);
+    // It does not read this variable by itself.
+    if let Some(probe) = std::env::var_os(PROBE).filter(|name| !name.is_empty()) {
+        embed.arg("--probe").arg(probe);
+    }
+    Ok(embed)
 }
 
 /// Refuses a board whose servo outputs are on, by one short read.
@@ -196,7 +210,8 @@ fn read(board: Board, address: u32, bytes: usize, folder: &Path) -> Result<Vec<u
     let mut read = shell::command(program("probe-rs")?);
     read.args(["read", "--chip", board.chip(), "b32", &format!("0x{address:08x}"), &(bytes / 4).to_string()]);
     read.args(["--format", "binary", "--output"]).arg(&file);
-    done(&mut read, "probe-rs read")?;
+    // Its messages are shown if it fails: without a USB bus it warns a lot.
+    shell::stdout_of(&mut read)?;
     let content = std::fs::read(&file).with_context(|| format!("reading {}", file.display()))?;
     ensure!(
         content.len() == bytes,
@@ -271,7 +286,7 @@ mod tests {
     #[test]
     fn versions_are_compared_as_numbers() {
         assert_eq!(version("probe-rs 0.32.0 (git commit: crates.io)\n"), Some([0, 32, 0]));
-        assert_eq!(version("cargo-embed 1.0.0-rc.1"), Some([1, 0, 0]));
+        assert_eq!(version("cargo embed 1.0.0-rc.1 (git commit: crates.io)"), Some([1, 0, 0]));
         assert!(version("probe-rs 0.31.0").unwrap() < LEAST_VERSION);
         assert!(version("probe-rs 0.100.1").unwrap() > LEAST_VERSION);
         for unknown in ["", "probe-rs", "probe-rs x.y.z", "probe-rs 0.32"] {

@@ -34,11 +34,16 @@
     all(feature = "nucleo-f446re", feature = "black-pill-f411")
 ))]
 compile_error!(
-    "choose one board: `f4-discovery` is the default, so another one needs for example `--no-default-features --features nucleo-f446re`"
+    "choose one board: `--features f4-discovery`, `--features nucleo-f446re` or `--features black-pill-f411`"
 );
 #[cfg(all(
     feature = "image",
-    not(any(feature = "f4-discovery", feature = "nucleo-f446re", feature = "black-pill-f411"))
+    not(any(
+        feature = "default-board",
+        feature = "f4-discovery",
+        feature = "nucleo-f446re",
+        feature = "black-pill-f411"
+    ))
 ))]
 compile_error!(
     "choose one board: `--features f4-discovery`, `--features nucleo-f446re` or `--features black-pill-f411`"
@@ -54,7 +59,10 @@ pub mod nucleo_f446re;
 pub use black_pill_f411::BOARD;
 pub use clock_tree::{ADC_DIVIDER, ClockTree, Hse, Pll};
 pub use definition::{AnalogInput, Board, BrownOutLevel, OtherChip, Pin, Port};
-#[cfg(feature = "f4-discovery")]
+#[cfg(any(
+    feature = "f4-discovery",
+    all(feature = "default-board", not(any(feature = "nucleo-f446re", feature = "black-pill-f411")))
+))]
 pub use f4_discovery::BOARD;
 #[cfg(all(feature = "nucleo-f446re", not(feature = "f4-discovery")))]
 pub use nucleo_f446re::BOARD;

@@ -33,6 +33,9 @@ const PICO_UF2: &str = "FOOTFALL_PICO_UF2";
 const VIRTUAL_BOARD: &str = "FOOTFALL_VIRTUAL_BOARD";
 const PROGRAM: &str = "FOOTFALL_BIN";
 
+/// The folder that has probe-rs.
+const PROBE_RS: &str = "FOOTFALL_PROBE_RS";
+
 /// Python, with the packages of `tools/footfall/tests/python/requirements.txt`.
 const PYTHON: &str = "FOOTFALL_PYTHON";
 
@@ -61,6 +64,8 @@ pub enum Need {
     Program,
     /// The folder of recordings beside the checkout.
     Traces,
+    /// The program `probe-rs`.
+    ProbeRs,
     /// The program `script` of util-linux, which runs another one at a terminal.
     Terminal,
     /// Python, with packages.
@@ -82,6 +87,7 @@ impl Need {
             | Self::Program => "virtual-board",
             Self::Traces | Self::Wild => "traces",
             Self::PicoImage => "node",
+            Self::ProbeRs => "probe",
             Self::Terminal => "terminal",
             Self::Python => "python",
         }
@@ -103,6 +109,7 @@ impl Need {
             Self::ImageFiles => &[ELF, BLACK_PILL_ELF],
             Self::PicoImage => &[PICO_ELF, PICO_UF2],
             Self::Program => &[PROGRAM],
+            Self::ProbeRs => &[PROBE_RS],
             Self::Python => &[PYTHON],
             Self::Traces | Self::Wild => {
                 let folder = if self == Self::Wild { wild_folder() } else { traces_folder() };
@@ -122,6 +129,12 @@ impl Need {
         let verb = if unset.len() == 1 { "is" } else { "are" };
         (!unset.is_empty()).then(|| format!("{} {verb} not set; `cargo xtask test` sets them", unset.join(" and ")))
     }
+}
+
+/// The `probe-rs` of [`Need::ProbeRs`].
+#[must_use]
+pub fn probe_rs() -> PathBuf {
+    std::env::var_os(PROBE_RS).map_or_else(|| "probe-rs".into(), |folder| Path::new(&folder).join("probe-rs"))
 }
 
 /// The Python of [`Need::Python`].

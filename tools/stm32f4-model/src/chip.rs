@@ -74,7 +74,7 @@ impl Chip {
     }
 
     /// DBGMCU_IDCODE: device 0x413 (RM0090 38.6.1), revision 0x1007; device 0x431 (RM0383 23.6.1), revision 0x1000.
-    pub(crate) const fn idcode(self) -> u32 {
+    pub const fn idcode(self) -> u32 {
         match self {
             Self::F407 => 0x1007_6413,
             Self::F411 => 0x1000_6431,

@@ -1,8 +1,9 @@
 //! Configuration of the modelled chip: crystal, supply, factory calibration, temperature. A program cannot change it.
 
 use crate::chip::Chip;
+use crate::supply::BrownOutThreshold;
 
-/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V, option bytes as
+/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDD and VDDA 3.0 V, option bytes as
 /// delivered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SocConfig {
@@ -17,6 +18,10 @@ pub struct SocConfig {
     /// Frequency of the internal low speed oscillator at power-on, Hz: 32 000 nominal, 17 000 to 47 000 by the data sheet, 0 for one that does not
     /// oscillate. Clocks the watchdog; [`crate::Soc::set_lsi`] changes it.
     pub lsi_hz: f64,
+    /// Supply of the chip at power-on, V. On the Discovery board, powered by 5 V USB through a Schottky diode and a regulator: 3.0 V.
+    pub vdd: f64,
+    /// Where the thresholds of the brown-out reset lie in their spread.
+    pub brown_out_threshold: BrownOutThreshold,
     /// Analogue supply and ADC reference, V; [`crate::Plant::vdda`] may override it. On the Discovery board, powered by 5 V USB: 3.0 V.
     pub vdda: f64,
     /// Internal reference voltage, V: 1.21 typical, 1.18 to 1.24 by the data sheet.
@@ -41,6 +46,8 @@ impl Default for SocConfig {
             hse_ready: true,
             lse_ready: false,
             lsi_hz: 32_000.0,
+            vdd: 3.0,
+            brown_out_threshold: BrownOutThreshold::Typical,
             vdda: 3.0,
             vrefint: 1.21,
             vbat: 3.0,
@@ -53,13 +60,14 @@ impl Default for SocConfig {
 }
 
 impl SocConfig {
-    /// A Black Pill: STM32F411CE, 25 MHz crystal, a 32 768 Hz crystal, VDDA 3.3 V; the rest as in the default.
+    /// A Black Pill: STM32F411CE, 25 MHz crystal, a 32 768 Hz crystal, VDD and VDDA 3.3 V; the rest as in the default.
     #[must_use]
     pub fn black_pill() -> Self {
         SocConfig {
             chip: Chip::F411,
             hse_hz: 25_000_000,
             lse_ready: true,
+            vdd: 3.3,
             vdda: 3.3,
             vbat: 3.3,
             ..SocConfig::default()

@@ -52,3 +52,4 @@ pub use pin::{PORTS, Pin, UnknownPin};
 pub use plant::{DmaMemory, NoMemory, Plant};
 pub use reset::ResetCause;
 pub use soc::Soc;
+pub use supply::BrownOutThreshold;

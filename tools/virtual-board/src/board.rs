@@ -5,6 +5,7 @@
 
 use stm32f4_model::{DmaMemory, Lint, LintKind, ResetCause, Soc, Width};
 
+use crate::addresses::FLASH;
 use crate::cpu::Machine;
 use crate::nvic::{self, Masks, Nvic};
 use crate::plant::BoardPlant;
@@ -23,6 +24,13 @@ const DBGMCU_CR: u32 = 0xE004_2004;
 /// DBGMCU_CR.DBG_SLEEP: the core clock runs while the core sleeps.
 const DBG_SLEEP: u32 = 1;
 const NEVER: u64 = u64::MAX;
+/// Status register of the flash interface.
+const FLASH_SR: u32 = 0x4002_3C0C;
+/// Virtual time that a poll of it takes at most while the flash is busy and the program runs in RAM, s. A program that erases a sector polls for a second,
+/// and does nothing else.
+const POLL_S: f64 = 20e-6;
+/// RAM and core-coupled memory lie from here on.
+const FIRST_RAM: u32 = 0x1000_0000;
 
 /// State of the board around the processor.
 pub(crate) struct BoardModel {
@@ -46,6 +54,8 @@ pub(crate) struct BoardModel {
     pub(crate) watched: Vec<u32>,
     /// The watched address that was reached.
     pub(crate) reached: Option<u32>,
+    /// The accesses are those of a debugger.
+    pub(crate) is_debugger: bool,
     now: u64,
     deadline: u64,
     next_stop: u64,
@@ -86,6 +96,7 @@ impl BoardModel {
             block: 0,
             watched: Vec::new(),
             reached: None,
+            is_debugger: false,
             now: 0,
             deadline: 0,
             next_stop: 0,
@@ -202,6 +213,14 @@ impl BoardModel {
         )
     }
 
+    /// Passes time until the flash operation that runs has ended: an access of a debugger to the flash interface waits for it.
+    pub(crate) fn wait_for_flash(&mut self, memory: &mut dyn DmaMemory) {
+        if let Some(seconds) = self.soc.flash_ends_at() {
+            self.now = self.now.max(self.soc.cycle_at(seconds));
+            self.sync(memory);
+        }
+    }
+
     /// Adds cycles that belong to no instruction.
     pub(crate) const fn add_cycles(&mut self, cycles: u64) {
         self.now += cycles;
@@ -215,7 +234,7 @@ impl BoardModel {
     pub(crate) fn sleep(&mut self) -> u64 {
         let until = self.sleeps_until();
         let cycles = until - self.now;
-        if !self.debug_in_sleep {
+        if !self.debug_in_sleep || self.scs.debug.is_halted() {
             self.scs.exclude_cycles(cycles);
         }
         self.now = until;
@@ -305,6 +324,7 @@ impl BoardModel {
         self.plant.pulses.reset(seconds);
         self.nvic = Nvic::default();
         self.scs.reset();
+        self.scs.debug.reset(cause == ResetCause::PowerOn);
         (self.event, self.reset, self.nmi, self.debug_in_sleep, self.cycle_remainder) = (false, None, false, false, 0);
         self.refresh();
     }
@@ -350,6 +370,26 @@ impl BoardModel {
             self.reached = Some(self.watched.swap_remove(n));
             self.deadline = 0;
         }
+    }
+
+    /// True while the core runs code in RAM: only a debugger puts it there, to program the flash.
+    const fn runs_in_ram(&self) -> bool {
+        self.block >= FIRST_RAM
+    }
+
+    /// Passes the time of a poll of the flash that is busy, to the end of its operation at most.
+    fn pass_poll(&mut self) {
+        if let Some(end) = self.soc.flash_ends_at() {
+            let poll = self.seconds() + POLL_S;
+            self.now = self.now.max(self.soc.cycle_at(end.min(poll)));
+        }
+    }
+
+    /// Irregular accesses are recorded as lints, but for those of a debugger and of its code.
+    fn choose_lints(&mut self) {
+        let are_recorded = !self.is_debugger && !self.runs_in_ram();
+        self.soc.record_lints(are_recorded);
+        self.scs.ignores_lints = !are_recorded;
     }
 
     fn is_core(addr: u32) -> bool {
@@ -404,9 +444,13 @@ impl Machine for BoardModel {
     }
 
     fn load(&mut self, addr: u32, width: Width, memory: &mut dyn DmaMemory) -> u32 {
+        self.choose_lints();
         if Self::is_core(addr) {
             self.scs.advance(self.now, &mut self.nvic);
             return self.scs.read(addr, width, &self.nvic, self.now);
+        }
+        if addr == FLASH_SR && self.runs_in_ram() && !self.is_debugger {
+            self.pass_poll();
         }
         self.advance(memory);
         let value = self.soc.read(addr, width);
@@ -419,6 +463,7 @@ impl Machine for BoardModel {
     }
 
     fn store(&mut self, addr: u32, width: Width, value: u32, memory: &mut dyn DmaMemory) {
+        self.choose_lints();
         if Self::is_core(addr) {
             self.scs.advance(self.now, &mut self.nvic);
             self.scs.write(addr, width, value, &mut self.nvic, self.now);
@@ -448,6 +493,20 @@ impl Machine for BoardModel {
         }
         self.reset = self.reset.or_else(|| self.soc.take_reset());
         self.refresh();
+    }
+
+    fn store_to_flash(&mut self, addr: u32, width: Width, value: u32, memory: &mut dyn DmaMemory) -> bool {
+        self.advance(memory);
+        if !self.soc.flash_accepts_stores() {
+            return false;
+        }
+        self.soc.store_to_flash(FLASH | addr, width, value);
+        self.refresh();
+        if !self.runs_in_ram() {
+            // A fetch from flash waits now.
+            self.deadline = 0;
+        }
+        true
     }
 }
 

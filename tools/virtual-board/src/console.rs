@@ -18,6 +18,10 @@ pub(crate) enum ConsoleCommand {
     Hold,
     /// `stop`: press the emergency stop for a tenth of a virtual second.
     Stop,
+    /// `reset`: press the reset button.
+    Reset,
+    /// `power`: switch the power off and on.
+    Power,
     /// `quit`, SIGINT or SIGTERM: end the run with its summary.
     Quit,
     /// Any other line.
@@ -32,6 +36,8 @@ impl ConsoleCommand {
             "release" => ConsoleCommand::Release,
             "hold" => ConsoleCommand::Hold,
             "stop" => ConsoleCommand::Stop,
+            "reset" => ConsoleCommand::Reset,
+            "power" => ConsoleCommand::Power,
             "quit" => ConsoleCommand::Quit,
             other => ConsoleCommand::Unknown(other.to_owned()),
         })
@@ -104,6 +110,8 @@ mod tests {
         assert_eq!(ConsoleCommand::parse(" release "), Some(ConsoleCommand::Release));
         assert_eq!(ConsoleCommand::parse("hold"), Some(ConsoleCommand::Hold));
         assert_eq!(ConsoleCommand::parse("stop"), Some(ConsoleCommand::Stop));
+        assert_eq!(ConsoleCommand::parse("reset"), Some(ConsoleCommand::Reset));
+        assert_eq!(ConsoleCommand::parse("power"), Some(ConsoleCommand::Power));
         assert_eq!(ConsoleCommand::parse("quit"), Some(ConsoleCommand::Quit));
         assert_eq!(ConsoleCommand::parse(""), None);
         assert_eq!(ConsoleCommand::parse("jump"), Some(ConsoleCommand::Unknown("jump".into())));

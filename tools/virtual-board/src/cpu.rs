@@ -84,6 +84,8 @@ pub(crate) enum Stop {
     Supervisor,
     /// A breakpoint instruction with its number; the program counter is at it.
     Breakpoint(u8),
+    /// A hardware break point at the program counter.
+    HardwareBreakpoint,
     /// A branch to an EXC_RETURN value.
     ExceptionReturn(u32),
     /// Wait for interrupt; the program counter is past it.
@@ -113,6 +115,9 @@ pub(crate) trait Machine {
 
     /// Stores to the peripherals or the private peripheral bus.
     fn store(&mut self, addr: u32, width: Width, value: u32, memory: &mut dyn DmaMemory);
+
+    /// Stores to the flash; false: it is locked, and the store is a fault.
+    fn store_to_flash(&mut self, addr: u32, width: Width, value: u32, memory: &mut dyn DmaMemory) -> bool;
 }
 
 /// A processor that executes ARMv7E-M instructions with the single precision floating-point extension.

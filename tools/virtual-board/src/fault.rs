@@ -56,7 +56,7 @@ impl FaultCause {
             FaultCause::Trap(Trap::InvalidState) => "branch to an even address",
             FaultCause::Trap(Trap::FetchUnmapped) => "fetch from an address without memory",
             FaultCause::Trap(Trap::FetchNever) => {
-                "fetch from a region without code (the virtual board runs no code from RAM)"
+                "fetch from a region without code (only with --probe the virtual board runs code from RAM)"
             }
             FaultCause::Trap(Trap::ReadUnmapped(_)) => "read from an unmapped address",
             FaultCause::Trap(Trap::WriteUnmapped(_)) => "write to an unmapped address",

@@ -44,6 +44,11 @@ impl ProgramImage {
         Self::parse(&bytes, board).with_context(|| format!("{} cannot run here", path.display()))
     }
 
+    /// A new chip: erased flash, and no program.
+    pub(crate) fn erased(board: ModelledBoard) -> Self {
+        ProgramImage { flash: Vec::new(), sha256: String::new(), board, symbols: SymbolTable::default() }
+    }
+
     /// Parses the bytes of an ELF file.
     ///
     /// # Errors

@@ -25,6 +25,7 @@ mod modelled_board;
 mod nvic;
 mod pin_name;
 mod plant;
+mod probe;
 mod pulses;
 mod random;
 mod recorder;
@@ -44,13 +45,14 @@ mod waveform;
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, stdout};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context as _, Result, ensure};
 use clap::{Parser, ValueEnum};
 use servo_model::Kind;
-use stm32f4_model::{Pin, SocConfig};
+use stm32f4_model::{BrownOutThreshold, Pin, SocConfig};
 
 use crate::campaign::{Campaign, Several};
 use crate::console::Console;
@@ -69,13 +71,21 @@ use crate::serial::SerialPort;
 use crate::servos::Servos;
 use crate::tables::{LevelTable, VoltageTable};
 
-/// Runs an ELF for the STM32F407 or the STM32F411 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
-/// input.
+/// Runs an ELF for the STM32F407 or the STM32F411 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, reset, power, quit from
+/// standard input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
     /// ELF file of the firmware
-    elf: PathBuf,
+    #[arg(required_unless_present = "erased")]
+    elf: Option<PathBuf>,
+    /// The board is a debug probe with its target: probe-rs connects to this address, with `--probe 0:0:ADDRESS --protocol swd`. Port 0 takes a free
+    /// one, which a line of the output names. While a client is connected, time passes no faster than real time
+    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["campaign", "lockstep", "self_test_exit"])]
+    probe: Option<SocketAddr>,
+    /// The flash is erased and holds no program, as in a new chip
+    #[arg(long, requires = "probe", conflicts_with = "elf")]
+    erased: bool,
     /// The board, for an ELF file that does not name it [default: f4-discovery]. A firmware image names its board, and runs on no other
     #[arg(long, value_name = "BOARD")]
     board: Option<ModelledBoard>,
@@ -183,7 +193,13 @@ struct Cli {
     /// Frequency of the low speed oscillator at power-on, which clocks the watchdog, Hz; 0: it does not oscillate
     #[arg(long, default_value_t = 32_000.0, value_parser = parse_lsi)]
     lsi_hz: f64,
-    /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3, black-pill-f411 3.3]
+    /// Supply of the chip, V [default: 3, black-pill-f411 3.3]
+    #[arg(long, value_parser = parse_positive)]
+    vdd: Option<f64>,
+    /// Where the thresholds of the brown-out reset lie in the spread that the data sheet allows
+    #[arg(long, value_name = "WHERE", default_value = "typical")]
+    brown_out_threshold: Threshold,
+    /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: as --vdd]
     #[arg(long, value_parser = parse_positive)]
     vdda: Option<f64>,
     /// RTT mode that the attached debugger sets when the buffer is full: 0 skip, 1 trim, 2 wait
@@ -237,6 +253,27 @@ struct Cli {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SelfTestExit {
     Semihosting,
+}
+
+/// See [`BrownOutThreshold`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Threshold {
+    /// The lowest ones: level 3 falling 2.75 V, rising 2.85 V
+    Min,
+    /// Typical ones: level 3 falling 2.83 V, rising 2.92 V
+    Typical,
+    /// The highest ones: level 3 falling 2.88 V, rising 2.97 V
+    Max,
+}
+
+impl From<Threshold> for BrownOutThreshold {
+    fn from(threshold: Threshold) -> Self {
+        match threshold {
+            Threshold::Min => BrownOutThreshold::Min,
+            Threshold::Typical => BrownOutThreshold::Typical,
+            Threshold::Max => BrownOutThreshold::Max,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -390,7 +427,10 @@ fn run(cli: &Cli) -> Result<u8> {
     for late in late_presses(cli) {
         eprintln!("virtual-board: {late}");
     }
-    let mut image = ProgramImage::read(&cli.elf, cli.board)?;
+    let mut image = match &cli.elf {
+        Some(elf) => ProgramImage::read(elf, cli.board)?,
+        None => ProgramImage::erased(cli.board.unwrap_or_default()),
+    };
     let wiring = image.board.wiring();
     for FlashDownload { addr, file } in &cli.flash {
         let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
@@ -426,12 +466,16 @@ fn run(cli: &Cli) -> Result<u8> {
     );
     let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = image.board.config();
-    let vdda = cli.vdda.unwrap_or(default.vdda);
+    let vdd = cli.vdd.unwrap_or(default.vdd);
+    // On the boards both are connected.
+    let vdda = cli.vdda.or(cli.vdd).unwrap_or(default.vdda);
+    let brown_out_threshold = cli.brown_out_threshold.into();
     // BOR_LEV counts from the highest level down. The model's default is that of a chip as delivered: off.
     let brown_out_level = cli.brown_out_level.unwrap_or(image.board.brown_out_level());
     let bor_level = if cli.no_brown_out_reset { default.bor_level } else { 3 - brown_out_level };
     let hse_hz = cli.hse_hz.unwrap_or(default.hse_hz);
-    let config = SocConfig { hse_hz, lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
+    let (lsi_hz, hse_ready) = (cli.lsi_hz, !cli.hse_dead);
+    let config = SocConfig { hse_hz, lsi_hz, vdd, vdda, hse_ready, bor_level, brown_out_threshold, ..default };
     let options = RunOptions {
         secs: cli.secs,
         cpi: cli.cpi,
@@ -441,6 +485,7 @@ fn run(cli: &Cli) -> Result<u8> {
         rtt_mode: cli.rtt_mode,
         drain: !cli.no_drain,
         debugger: cli.debugger,
+        probe: cli.probe,
         omitted: OmittedParts {
             no_fpu_frame: cli.omitted.contains(&OmittedPart::NoFpuFrame),
             no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),

@@ -266,6 +266,12 @@ impl Nvic {
         self.latch_lines();
     }
 
+    /// Makes every exception inactive, as AIRCR.VECTCLRACTIVE does.
+    pub(crate) fn clear_active(&mut self) {
+        self.active = 0;
+        self.latch_lines();
+    }
+
     /// Number of active exceptions.
     #[must_use]
     pub(crate) const fn active_count(&self) -> u32 {

@@ -44,6 +44,18 @@ pub(crate) enum ReportLine {
         /// Its name.
         port: String,
     },
+    /// The board is a debug probe with its target.
+    Probe {
+        /// Address at which it listens.
+        address: String,
+    },
+    /// A client of the probe has connected, or is gone.
+    ProbeClient {
+        /// Time.
+        t_s: f64,
+        /// True: it has connected.
+        connected: bool,
+    },
     /// The chip left reset.
     Boot {
         /// Time.

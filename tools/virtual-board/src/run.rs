@@ -3,25 +3,27 @@
 mod campaign;
 mod case;
 mod conversation;
+mod debugger;
 mod disturb;
 mod drift;
 mod exceptions;
 mod flash_files;
 mod lockstep;
 mod moments;
+mod pace;
 mod periodic;
 mod saved_sector;
 mod tracing;
 
 use std::cell::RefCell;
 use std::io::Write;
+use std::net::SocketAddr;
 use std::rc::Rc;
-use std::time::Instant;
 
 use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig};
 
-use crate::addresses::FLASH;
+use crate::addresses::{FLASH, FLASH_SIZE};
 use crate::board::BoardModel;
 use crate::campaign::{Driving, Reports};
 use crate::console::Console;
@@ -32,8 +34,10 @@ use crate::fault::FaultCause;
 use crate::inject::{self, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
 use crate::judge::{Judge, JudgeLog, Limits, PARAMETERS_END};
 use crate::loader::ProgramImage;
-use crate::nvic::Masks;
+use crate::nvic::{self, Masks};
 use crate::plant::{BoardPlant, EMERGENCY_STOP};
+use crate::probe::core::HaltReason;
+use crate::probe::{ProbeServer, vector_catch};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
@@ -45,6 +49,7 @@ use crate::unicorn::UnicornCpu;
 pub(crate) use campaign::Plan;
 use conversation::Lockstep;
 use drift::Drift;
+use pace::Pace;
 pub(crate) use saved_sector::FlashDownload;
 use saved_sector::SavedSector;
 
@@ -73,6 +78,8 @@ pub(crate) struct RunOptions {
     pub(crate) drain: bool,
     /// A debugger is attached.
     pub(crate) debugger: bool,
+    /// Address at which clients find the board as a debug probe.
+    pub(crate) probe: Option<SocketAddr>,
     /// Parts of the exception model to leave out.
     pub(crate) omitted: OmittedParts,
     /// Do not refresh the translator's cached flags.
@@ -90,7 +97,7 @@ enum IdleState {
     ForInterrupt,
     /// It sleeps after WFE.
     ForEvent,
-    /// A debugger has halted it. Only a reset ends that here.
+    /// A debugger has halted it.
     Halted,
     /// It is locked up until a reset.
     LockedUp,
@@ -104,6 +111,14 @@ pub(crate) struct BoardRun<'a, W: Write> {
     report: ReportWriter<W>,
     console: Console,
     serial: Option<SerialPort>,
+    /// The board as a debug probe with its target.
+    probe: Option<ProbeServer>,
+    /// The core was locked up with the program counter there when a debugger halted it.
+    locked_at: Option<u32>,
+    /// The emulator failed during an access of the debugger.
+    failure: Option<anyhow::Error>,
+    /// Virtual time beside real time.
+    pace: Pace,
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
     /// The conversation with a program that steps the board.
@@ -134,7 +149,6 @@ pub(crate) struct BoardRun<'a, W: Write> {
     log: Option<String>,
     idle: IdleState,
     periods: u64,
-    started: Instant,
     reported_lints: [usize; 2],
     resets: Vec<ResetRecord>,
     faults: u64,
@@ -167,15 +181,24 @@ impl<'a, W: Write> BoardRun<'a, W> {
         options: RunOptions,
     ) -> Result<Self> {
         let mut board = BoardModel::new(Soc::new(config), plant, options.cpi);
-        board.scs.debugger = options.debugger;
-        let rtt = image.symbol("_SEGGER_RTT").map(|address| Rtt {
-            address,
-            mode: options.rtt_mode,
-            reading: RttReading::new(options.drain),
-        });
+        board.scs.debug.enable(options.debugger);
+        // With a probe, its client is the debugger that reads the log.
+        let symbol = if options.probe.is_some() { None } else { image.symbol("_SEGGER_RTT") };
+        let rtt =
+            symbol.map(|address| Rtt { address, mode: options.rtt_mode, reading: RttReading::new(options.drain) });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
+        let chip = image.board.config().chip;
+        let mut cpu = UnicornCpu::new(chip, &image.flash, board, options.stale_flags)?;
+        let probe = options.probe.map(ProbeServer::listen).transpose()?;
+        if probe.is_some() {
+            cpu.allow_code_in_ram(chip)?;
+        }
         Ok(BoardRun {
-            cpu: UnicornCpu::new(image.board.config().chip, &image.flash, board, options.stale_flags)?,
+            cpu,
+            probe,
+            locked_at: None,
+            failure: None,
+            pace: Pace::start(),
             image,
             options,
             report,
@@ -199,7 +222,6 @@ impl<'a, W: Write> BoardRun<'a, W> {
             log: None,
             idle: IdleState::No,
             periods: 0,
-            started: Instant::now(),
             reported_lints: [0; 2],
             resets: Vec::new(),
             faults: 0,
@@ -238,6 +260,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         self.report.line(&ReportLine::Start { elf_sha256, board, hclk_hz, cpi });
         if let Some(SerialPort { name, .. }) = &self.serial {
             self.report.line(&ReportLine::Serial { port: name.clone() });
+            self.report.flush();
+        }
+        if let Some(probe) = &self.probe {
+            self.report.line(&ReportLine::Probe { address: probe.address.to_string() });
             self.report.flush();
         }
         self.boot(ResetCause::PowerOn);
@@ -298,13 +324,24 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.take_exception(number, pc);
             return Ok(None);
         }
-        match self.execute()? {
+        let stop = self.execute()?;
+        Ok(self.handle_stop(stop))
+    }
+
+    /// Does what the core stopped for. Returns a reason to end, if any.
+    fn handle_stop(&mut self, stop: Stop) -> Option<&'static str> {
+        match stop {
             Stop::Requested => {}
             Stop::Supervisor => {
                 let pc = self.cpu.reg(Reg::Pc);
                 self.handle_fault(FaultCause::Supervisor, pc);
             }
-            Stop::Breakpoint(0xAB) if self.options.semihosting => return Ok(self.serve_semihosting()),
+            Stop::Breakpoint(0xAB) if self.options.semihosting => return self.serve_semihosting(),
+            Stop::HardwareBreakpoint => self.halt_core(HaltReason::Breakpoint),
+            // With a debugger BKPT halts (ARMv7-M ARM, C1.4.1).
+            Stop::Breakpoint(_) if self.cpu.machine().scs.debug.is_enabled() => {
+                self.halt_core(HaltReason::Breakpoint);
+            }
             Stop::Breakpoint(_) => {
                 let pc = self.cpu.reg(Reg::Pc);
                 self.handle_fault(FaultCause::Breakpoint, pc);
@@ -320,7 +357,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 self.handle_fault(FaultCause::Trap(trap), pc);
             }
         }
-        Ok(None)
+        None
     }
 
     /// Executes until something other than the end of a step of the lockstep stops it.
@@ -336,7 +373,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     fn core_stands_still(&self) -> bool {
         let soc = &self.cpu.machine().soc;
-        soc.clock_stopped() || soc.core_waits()
+        // A program in RAM goes on while the flash is erased or programmed.
+        soc.clock_stopped() || soc.is_held_in_reset() || soc.core_waits() && is_in_flash(self.cpu.reg(Reg::Pc))
     }
 
     fn deliverable(&self) -> Option<u8> {
@@ -345,7 +383,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
             return None;
         }
         let masks = self.cpu.masks();
-        self.cpu.machine().nvic.deliverable(masks)
+        let board = self.cpu.machine();
+        // C_MASKINTS leaves NMI and the faults (ARMv7-M ARM, C1.6.2).
+        let masked = board.scs.debug.masks_interrupts();
+        board.nvic.deliverable(masks).filter(|number| !masked || *number < nvic::PEND_SV)
     }
 
     /// Ends the idle state if its wake-up condition is met; returns true if the core executes.
@@ -495,6 +536,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 self.cpu.patch_flash(address, half)?;
             }
         }
+        if self.options.debugger {
+            self.cpu.machine().scs.debug.enable(true);
+        }
+        self.locked_at = None;
+        self.set_breakpoints()?;
         self.change_memory(cause)?;
         let cpu = &self.cpu;
         self.judge.reset(now.seconds, || {
@@ -509,14 +555,25 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     fn boot(&mut self, cause: ResetCause) {
         self.idle = IdleState::No;
-        // The loader has verified both words.
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
+        if [sp, pc] == [u32::MAX; 2] {
+            // Without a program the first fetch and the vector of its fault fail (ARMv7-M ARM, B1.5.15). A new chip is no failure of a run.
+            self.idle = IdleState::LockedUp;
+        }
         self.cpu.reset(sp, pc);
         self.trace(Event::Boot);
         self.log.iter_mut().for_each(String::clear);
         self.reports.boot();
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();
+        if self.cpu.machine().scs.debug.catches(vector_catch::RESET) {
+            self.halt_core(HaltReason::VectorCatch);
+        }
     }
+}
+
+/// True for an address in flash, or in its copy at 0.
+fn is_in_flash(address: u32) -> bool {
+    address & !FLASH < FLASH_SIZE
 }

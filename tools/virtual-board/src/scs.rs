@@ -6,6 +6,7 @@
 use stm32f4_model::{Chip, Lint, LintKind, Width};
 
 use crate::nvic::{self, LINES, Nvic};
+use crate::probe::core::{CoreDebug, DEMCR, DFSR, DHCSR};
 use crate::systick::SysTick;
 
 const SHCSR_ENABLES: [(u32, u8); 3] =
@@ -71,8 +72,10 @@ pub(crate) struct Scs {
     pub(crate) bfar: u32,
     /// The chip, for what differs in its core.
     pub(crate) chip: Chip,
-    /// A debugger is attached: it has set DHCSR.C_DEBUGEN, which only a power-on clears (ARMv7-M ARM, C1.6.2).
-    pub(crate) debugger: bool,
+    /// Debug registers.
+    pub(crate) debug: CoreDebug,
+    /// Lints are not recorded: a debugger accesses the registers.
+    pub(crate) ignores_lints: bool,
     /// A write to AIRCR requested a reset.
     pub(crate) reset_requested: bool,
     /// Cycles that the DWT counter has not counted because it was off or the core slept.
@@ -80,22 +83,20 @@ pub(crate) struct Scs {
     scr: u32,
     ccr_writable: u32,
     cpacr: u32,
-    demcr: u32,
     fpccr: u32,
     fpcar: u32,
     fpdscr: u32,
     mmfar: u32,
-    dfsr: u32,
     actlr: u32,
     dwt_enabled: bool,
     lints: Vec<Lint>,
 }
 
 impl Scs {
-    /// Resets all registers; lints are kept.
+    /// Resets all registers but the debug registers, which [`CoreDebug::reset`] resets; lints are kept.
     pub(crate) fn reset(&mut self) {
-        let lints = std::mem::take(&mut self.lints);
-        *self = Scs { fpccr: 0xC000_0000, lints, chip: self.chip, debugger: self.debugger, ..Scs::default() };
+        let (lints, debug) = (std::mem::take(&mut self.lints), std::mem::take(&mut self.debug));
+        *self = Scs { fpccr: 0xC000_0000, lints, debug, chip: self.chip, ..Scs::default() };
     }
 
     /// Lints, in the order of first occurrence.
@@ -106,6 +107,9 @@ impl Scs {
 
     /// Records a lint.
     pub(crate) fn record_lint(&mut self, kind: LintKind, addr: u32, width: Width, write: Option<u32>, cycle: u64) {
+        if self.ignores_lints {
+            return;
+        }
         let same =
             |lint: &&mut Lint| (lint.kind, lint.addr, lint.width, lint.write) == (kind, addr, width, write.is_some());
         match self.lints.iter_mut().find(same) {
@@ -150,7 +154,7 @@ impl Scs {
     }
 
     const fn counting(&self) -> bool {
-        self.dwt_enabled && self.demcr & 1 << 24 != 0
+        self.dwt_enabled && self.debug.traces()
     }
 
     fn cycle_count(&self, cycle: u64) -> u32 {
@@ -160,7 +164,8 @@ impl Scs {
 
     /// Sets the cycle counter and its enables.
     fn set_cycle_count(&mut self, cycle: u64, count: u32, enabled: bool, demcr: u32) {
-        (self.dwt_enabled, self.demcr) = (enabled, demcr);
+        self.dwt_enabled = enabled;
+        self.debug.write_demcr(demcr);
         let frozen = if self.counting() { cycle } else { 0 };
         self.cycles_missed = frozen.wrapping_sub(count.into());
     }
@@ -219,14 +224,14 @@ impl Scs {
             0xE000_ED14 => 1 << 9 | self.ccr_writable,
             0xE000_ED24 => self.shcsr(nvic),
             0xE000_ED2C => self.hfsr,
-            0xE000_ED30 => self.dfsr,
+            DFSR => self.debug.dfsr(),
             0xE000_ED34 => self.mmfar,
             0xE000_ED38 => self.bfar,
             0xE000_ED3C => 0,
             0xE000_ED88 => self.cpacr,
-            // DHCSR: C_DEBUGEN.
-            0xE000_EDF0 => u32::from(self.debugger),
-            0xE000_EDFC => self.demcr,
+            // C_DEBUGEN. The core reads it as running: no other bit is of use to a program.
+            DHCSR => u32::from(self.debug.is_enabled()),
+            DEMCR => self.debug.demcr(),
             0xE000_EF34 => self.fpccr,
             0xE000_EF38 => self.fpcar,
             0xE000_EF3C => self.fpdscr,
@@ -292,9 +297,9 @@ impl Scs {
                 if value & !1 & !0xF000_0000 != 0 {
                     return Err(LintKind::Mode("DWT functions other than the cycle counter"));
                 }
-                self.set_cycle_count(cycle, self.cycle_count(cycle), value & 1 != 0, self.demcr);
+                self.set_cycle_count(cycle, self.cycle_count(cycle), value & 1 != 0, self.debug.demcr());
             }
-            0xE000_1004 => self.set_cycle_count(cycle, value, self.dwt_enabled, self.demcr),
+            0xE000_1004 => self.set_cycle_count(cycle, value, self.dwt_enabled, self.debug.demcr()),
             // The lock access register of the DWT: the F407 has no lock.
             0xE000_1FB0 => {}
             0xE000_E008 => self.actlr = value,
@@ -361,11 +366,11 @@ impl Scs {
                 }
             }
             0xE000_ED2C => self.hfsr &= !value,
-            0xE000_ED30 => self.dfsr &= !value,
+            DFSR => self.debug.write_dfsr(value),
             0xE000_ED34 => self.mmfar = value,
             0xE000_ED38 => self.bfar = value,
             0xE000_ED88 => self.cpacr = value & 0x00F0_0000,
-            0xE000_EDFC => self.set_cycle_count(cycle, self.cycle_count(cycle), self.dwt_enabled, value & 0x0100_0000),
+            DEMCR => self.set_cycle_count(cycle, self.cycle_count(cycle), self.dwt_enabled, value),
             0xE000_EF00 => {
                 if let Some(line) = line(0, value & 0x1FF) {
                     nvic.pend(line);

@@ -7,11 +7,13 @@
 //! - The exclusive monitor has no register: a stub of two instructions clears it.
 //! - WFE and YIELD stop the emulation as invalid, SEV does nothing: each address in flash that may hold one gets a hook.
 //! - Instructions are counted from the flash image in the block hook: Unicorn's own counter is slow.
-//! - RAM is not executable, because stores to executable memory are slow.
+//! - RAM is not executable unless a debugger may put code there ([`UnicornCpu::allow_code_in_ram`]), because stores to executable memory are slow.
+//! - A hook cannot stop inside an IT block: a break point there stops after it, and a step ends behind it.
 //! - A load or store that looks up its page (`unicorn_fill_tlb`) leaves the state of its IT block in the processor, and the block of instructions that
 //!   follows runs as a part of the IT block: the lookup clears that state.
 
 use std::cell::{Cell, RefCell, RefMut};
+use std::collections::HashSet;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
@@ -43,8 +45,16 @@ const DEVICES: [(u32, u32); 5] = [
     (0xA000_0000, 0x1000),
     (0xE000_0000, 0x10_0000),
 ];
-/// Address of the stub, in a page that the chip does not have.
-const STUB: u32 = 0x1E00_0000;
+/// True for an address whose accesses go to the machine.
+pub(crate) fn is_device(addr: u32) -> bool {
+    DEVICES.iter().any(|&(base, size)| addr.wrapping_sub(base) < size)
+}
+
+/// Address of the stub, in a page that the chip does not have, above all memory that holds code.
+const STUB: u32 = 0x3FFF_F000;
+/// The end of the memory that holds code: flash, or RAM too.
+const CODE_END: u64 = (FLASH + FLASH_SIZE) as u64;
+const CODE_END_WITH_RAM: u64 = 0x2002_0000;
 /// `clrex; svc 0`
 const STUB_CODE: [u8; 6] = [0xBF, 0xF3, 0x2F, 0x8F, 0x00, 0xDF];
 
@@ -62,6 +72,15 @@ struct HookResults {
     /// Address of the wait instruction that stopped the run.
     wait_at: Cell<u32>,
     bad_access: Cell<Option<(MemType, u32)>>,
+    /// Address of the instruction that is stepped, and whether its block has begun.
+    stepped: Cell<Option<(u32, bool)>>,
+}
+
+impl HookResults {
+    /// True if the instruction at an address comes after the one that is stepped.
+    fn is_after_step(&self, addr: u32) -> bool {
+        self.stepped.get().is_some_and(|(from, _)| from != addr)
+    }
 }
 
 /// More bytes than a block has: it ends with the page of the translator, of 1 KiB, in which it begins, or one instruction later.
@@ -102,6 +121,19 @@ impl BlockCounts {
         image.get(offset..offset + 2).map_or(u16::MAX, |half| u16::from_le_bytes([half[0], half[1]]))
     }
 
+    /// The hint at an address in flash, 1 YIELD, 2 WFE, 3 WFI or 4 SEV, and its length in bytes; `None`: no such instruction begins there.
+    fn hint_at(&self, addr: u32) -> Option<(u8, u32)> {
+        let (hint, length) = match self.half_at(addr) {
+            0xF3AF => {
+                let second = self.half_at(addr + 2);
+                ((second >> 4 == 0x800).then_some((second & 0xF) as u8)?, 4)
+            }
+            half @ (0xBF10 | 0xBF20 | 0xBF30 | 0xBF40) => ((half >> 4 & 0xF) as u8, 2),
+            _ => return None,
+        };
+        (1..=4).contains(&hint).then_some((hint, length))
+    }
+
     /// Replaces bytes of the image.
     fn replace(&self, at: usize, bytes: &[u8]) {
         self.image.borrow_mut()[at..at + bytes.len()].copy_from_slice(bytes);
@@ -119,6 +151,12 @@ pub(crate) struct UnicornCpu<M> {
     counts: Rc<BlockCounts>,
     block_hook: Option<UcHookId>,
     stale_flags: bool,
+    /// The end of the memory that holds code.
+    code_end: u64,
+    /// Addresses of hardware break points, each with its hook.
+    breakpoints: Vec<(u32, UcHookId)>,
+    /// Half-words of flash that have a hook for a hint: their offsets.
+    hinted: HashSet<u32>,
 }
 
 /// RAM and flash for DMA, usable inside a hook.
@@ -189,6 +227,15 @@ fn read_masks(uc: &Uc<'_>) -> Masks {
     }
 }
 
+/// Number of instructions of a block in RAM.
+#[cold]
+fn count_in_ram(uc: &Uc<'_>, addr: u64, size: u32) -> u32 {
+    let mut code = vec![0; size as usize];
+    // Cannot fail: the block was translated from these bytes.
+    let _ = uc.mem_read(addr, &mut code);
+    count_instructions(&code)
+}
+
 /// Clears the state of an IT block. Within a block of instructions the state is a part of the translated code; the processor has it only between blocks.
 fn leave_it_block(uc: &mut Uc<'_>) {
     let xpsr = get(uc, Reg::Xpsr);
@@ -236,13 +283,28 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             counts: Rc::new(BlockCounts::new(flash)),
             block_hook: None,
             stale_flags,
+            code_end: CODE_END,
+            breakpoints: Vec::new(),
+            hinted: HashSet::new(),
         };
         cpu.hook_translation()?;
         cpu.map_devices()?;
         cpu.hook_blocks(true, |_, _| ())?;
         cpu.hook_traps()?;
-        cpu.hook_hints(image)?;
+        cpu.hook_hints(0, image.len())?;
         Ok(cpu)
+    }
+
+    /// Makes RAM executable.
+    ///
+    /// # Errors
+    /// Unicorn refuses.
+    pub(crate) fn allow_code_in_ram(&mut self, chip: Chip) -> Result<()> {
+        for &(base, size) in rams(chip) {
+            convert_error(self.uc.mem_protect(base.into(), size.into(), Prot::ALL), "making RAM executable")?;
+        }
+        self.code_end = CODE_END_WITH_RAM;
+        self.hook_blocks(true, |_, _| ())
     }
 
     /// Replaces the address translation of the Cortex-M4's default map, in which RAM may hold code: every store to RAM would be slow, as it
@@ -282,13 +344,25 @@ impl<M: Machine + 'static> UnicornCpu<M> {
 
     /// Hooks the blocks, in place of the hook before; `executed` takes the address and the size of each that is executed. With `skips` not each pass of a
     /// branch to itself is executed: a task that hangs would take as long as all the rest of a case. One hook from address 0 to
-    /// the end of flash: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
+    /// the end of the code: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
     fn hook_blocks(&mut self, skips: bool, mut executed: impl FnMut(u32, u32) + 'static) -> Result<()> {
         let (machine, counts, hook_results) =
             (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
         let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
             let mut machine = machine.borrow_mut();
-            let instructions = counts.instructions(addr as u32, size);
+            if let Some((from, has_begun)) = hook_results.stepped.get() {
+                if has_begun {
+                    hook_results.stop.set(Some(Stop::Requested));
+                    let _ = uc.emu_stop();
+                } else {
+                    hook_results.stepped.set(Some((from, true)));
+                    machine.charge(addr as u32, 1);
+                }
+                return;
+            }
+            let is_flash = addr < CODE_END;
+            let instructions =
+                if is_flash { counts.instructions(addr as u32, size) } else { count_in_ram(uc, addr, size) };
             // Decide before charging: a block that was stopped runs again.
             if machine.before_block(instructions, || read_masks(uc)) {
                 hook_results.stop.set(Some(Stop::Requested));
@@ -296,7 +370,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             } else {
                 machine.charge(addr as u32, instructions);
                 executed(addr as u32, size);
-                if skips && size == 2 && counts.half_at(addr as u32) == BRANCH_TO_SELF {
+                if skips && size == 2 && is_flash && counts.half_at(addr as u32) == BRANCH_TO_SELF {
                     machine.stay();
                 }
             }
@@ -304,7 +378,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         if let Some(before) = self.block_hook.take() {
             convert_error(self.uc.remove_hook(before), "removing the hook of blocks")?;
         }
-        let hooked = self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook);
+        let hooked = self.uc.add_block_hook(0, self.code_end - 1, hook);
         self.block_hook = Some(convert_error(hooked, "hooking blocks")?);
         Ok(())
     }
@@ -336,8 +410,14 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     }
 
     fn hook_bad_accesses(&mut self, begin: u64, end: u64) -> Result<()> {
-        let hook_results = Rc::clone(&self.hook_results);
-        let access = move |_: &mut Uc<'_>, kind: MemType, addr: u64, _: usize, _: i64| {
+        let (machine, hook_results) = (Rc::clone(&self.machine), Rc::clone(&self.hook_results));
+        let access = move |uc: &mut Uc<'_>, kind: MemType, addr: u64, size: usize, value: i64| {
+            if kind == MemType::WRITE_PROT
+                && let Some(width) = Width::from_bytes(size)
+                && machine.borrow_mut().store_to_flash(addr as u32, width, value as u32, &mut UcMemory(uc))
+            {
+                return true;
+            }
             hook_results.bad_access.set(Some((kind, addr as u32)));
             false
         };
@@ -346,29 +426,29 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(())
     }
 
-    /// Hooks each half-word of the image that decodes as a hint. A hook on data, or on half of a wide instruction, is never called.
-    fn hook_hints(&mut self, image: &[u8]) -> Result<()> {
-        let halves: Vec<u16> = image.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
-        for (n, &half) in halves.iter().enumerate() {
-            let wide = half == 0xF3AF && halves.get(n + 1).is_some_and(|second| second >> 4 == 0x800);
-            let hint = match (half, wide) {
-                (_, true) => (halves[n + 1] & 0xF) as u8,
-                (0xBF10 | 0xBF20 | 0xBF30 | 0xBF40, _) => (half >> 4 & 0xF) as u8,
-                _ => continue,
-            };
-            if !(1..=4).contains(&hint) {
-                continue;
-            }
-            for base in [0, FLASH] {
-                self.hook_hint(base + 2 * n as u32, hint, if wide { 4 } else { 2 })?;
+    /// Hooks each half-word of a range of the image that decodes as a hint. A hook on data, or on half of a wide instruction, is never called.
+    fn hook_hints(&mut self, begin: u32, length: usize) -> Result<()> {
+        // A wide instruction may begin before the range.
+        let halves = (begin & !1).saturating_sub(2)..begin + length as u32;
+        for offset in halves.step_by(2) {
+            if self.counts.hint_at(FLASH + offset).is_some() && self.hinted.insert(offset) {
+                for base in [0, FLASH] {
+                    self.hook_hint(base + offset)?;
+                }
             }
         }
         Ok(())
     }
 
-    fn hook_hint(&mut self, addr: u32, hint: u8, length: u32) -> Result<()> {
-        let (machine, hook_results) = (Rc::clone(&self.machine), Rc::clone(&self.hook_results));
+    fn hook_hint(&mut self, addr: u32) -> Result<()> {
+        let (machine, hook_results, counts) =
+            (Rc::clone(&self.machine), Rc::clone(&self.hook_results), Rc::clone(&self.counts));
         let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
+            // The flash may have another content since.
+            let Some((hint, length)) = counts.hint_at(addr) else { return };
+            if hook_results.is_after_step(addr) {
+                return;
+            }
             let stop = match hint {
                 // YIELD: there is no other thread to run.
                 1 => {
@@ -386,6 +466,91 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         };
         convert_error(self.uc.add_code_hook(addr.into(), addr.into(), hook), "hooking a hint instruction")?;
         Ok(())
+    }
+
+    /// Sets the addresses of the hardware break points, in place of those before.
+    ///
+    /// # Errors
+    /// Unicorn refuses a hook.
+    pub(crate) fn set_breakpoints(&mut self, addresses: &[u32]) -> Result<()> {
+        for (addr, hook) in std::mem::take(&mut self.breakpoints) {
+            if addresses.contains(&addr) {
+                self.breakpoints.push((addr, hook));
+            } else {
+                convert_error(self.uc.remove_hook(hook), "removing a break point")?;
+                self.drop_code(addr, 2)?;
+            }
+        }
+        for &addr in addresses {
+            if self.breakpoints.iter().any(|(known, _)| *known == addr) {
+                continue;
+            }
+            let hook_results = Rc::clone(&self.hook_results);
+            let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
+                if !hook_results.is_after_step(addr) {
+                    hook_results.stop.set(Some(Stop::HardwareBreakpoint));
+                    let _ = uc.emu_stop();
+                }
+            };
+            let hook = convert_error(self.uc.add_code_hook(addr.into(), addr.into(), hook), "setting a break point")?;
+            self.breakpoints.push((addr, hook));
+            self.drop_code(addr, 2)?;
+        }
+        Ok(())
+    }
+
+    /// Executes one instruction, or an IT block as a whole.
+    ///
+    /// # Errors
+    /// Unicorn refuses a hook.
+    pub(crate) fn step(&mut self) -> Result<Stop> {
+        let pc = get(&self.uc, Reg::Pc);
+        let next = self.after_instruction(pc);
+        let hook_results = Rc::clone(&self.hook_results);
+        let stops = move |uc: &mut Uc<'_>, _: u64, _: u32| {
+            hook_results.stop.set(Some(Stop::Requested));
+            let _ = uc.emu_stop();
+        };
+        let hook = convert_error(self.uc.add_code_hook(next.into(), next.into(), stops), "hooking a step")?;
+        self.drop_code(pc, (next - pc) as usize + 2)?;
+        self.hook_results.stepped.set(Some((pc, false)));
+        let stop = self.run();
+        self.hook_results.stepped.set(None);
+        convert_error(self.uc.remove_hook(hook), "removing the hook of a step")?;
+        self.drop_code(next, 2)?;
+        Ok(stop)
+    }
+
+    /// Address after the instruction at an address, or after the IT block that it begins or is in.
+    fn after_instruction(&self, pc: u32) -> u32 {
+        let half = |addr: u32| {
+            let mut bytes = [0; 2];
+            // Without memory there is no instruction either.
+            let _ = self.uc.mem_read(addr.into(), &mut bytes);
+            u16::from_le_bytes(bytes)
+        };
+        let length = |addr: u32| if is_wide(half(addr)) { 4 } else { 2 };
+        let mut after = pc.wrapping_add(length(pc));
+        let first = half(pc);
+        let xpsr = get(&self.uc, Reg::Xpsr);
+        // IT[7:0] is xPSR bits 15 to 10 and 26 to 25; the lowest 1 of its lower half ends the block.
+        let running = (xpsr >> 10 & 3) << 2 | xpsr >> 25 & 3;
+        let (mask, already) = if first & 0xFF00 == 0xBF00 { (u32::from(first & 0xF), 0) } else { (running, 1) };
+        if mask != 0 {
+            for _ in already..4 - mask.trailing_zeros() {
+                after = after.wrapping_add(length(after));
+            }
+        }
+        after
+    }
+
+    /// Drops the translation of the code at an address: it has changed, or its hooks have.
+    ///
+    /// # Errors
+    /// Unicorn refuses.
+    pub(crate) fn drop_code(&mut self, addr: u32, length: usize) -> Result<()> {
+        let begin = u64::from(addr);
+        convert_error(self.uc.ctl_remove_cache(begin, begin + length as u64), "dropping translated code")
     }
 
     /// The machine around the processor.
@@ -425,11 +590,11 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             bytes.len()
         );
         self.counts.replace(offset as usize, bytes);
+        self.hook_hints(offset, bytes.len())?;
         for begin in [0, FLASH].map(|base| u64::from(base + offset)) {
             convert_error(self.uc.mem_write(begin, bytes), "writing flash")?;
             // Of these bytes only: to translate all code again takes longer than most cases of a campaign.
-            let end = begin + bytes.len() as u64;
-            convert_error(self.uc.ctl_remove_cache(begin, end), "dropping translated code")?;
+            self.drop_code(begin as u32, bytes.len())?;
         }
         Ok(())
     }
@@ -556,6 +721,7 @@ mod tests {
         stores: Vec<(u32, Width, u32)>,
         events: u32,
         stays: u32,
+        flash_is_open: bool,
     }
 
     impl Machine for RecordingMachine {
@@ -578,6 +744,12 @@ mod tests {
         }
         fn store(&mut self, addr: u32, width: Width, value: u32, _: &mut dyn DmaMemory) {
             self.stores.push((addr, width, value));
+        }
+        fn store_to_flash(&mut self, addr: u32, width: Width, value: u32, _: &mut dyn DmaMemory) -> bool {
+            if self.flash_is_open {
+                self.stores.push((addr, width, value));
+            }
+            self.flash_is_open
         }
     }
 
@@ -604,6 +776,109 @@ mod tests {
         cpu.machine().blocks_left = 1;
         assert_eq!(cpu.run(), Stop::Requested);
         assert_eq!(cpu.reg(Reg::R(0)), 4);
+    }
+
+    const RAM: u32 = 0x2000_0000;
+
+    #[test]
+    fn a_step_executes_one_instruction() {
+        // movs r0, #0; adds r0, #1; b .-2; the same wide: movw r1, #0x1234
+        let mut cpu = cpu(&[0x2000, 0x3001, 0xE7FD, 0xF241, 0x2134], 100);
+        for (pc, r0) in [(2, 0), (4, 1), (2, 1), (4, 2)] {
+            assert_eq!(cpu.step().unwrap(), Stop::Requested);
+            assert_eq!((cpu.reg(Reg::Pc) - FLASH, cpu.reg(Reg::R(0))), (pc, r0));
+        }
+        assert!(cpu.machine().charged.iter().all(|(_, instructions)| *instructions == 1));
+        cpu.set_reg(Reg::Pc, FLASH + 6);
+        assert_eq!((cpu.step().unwrap(), cpu.reg(Reg::Pc) - FLASH), (Stop::Requested, 10));
+        assert_eq!(cpu.reg(Reg::R(1)), 0x1234);
+        // The hooks of the steps are gone.
+        cpu.set_reg(Reg::Pc, FLASH);
+        cpu.machine().blocks_left = 3;
+        assert_eq!((cpu.run(), cpu.reg(Reg::R(0))), (Stop::Requested, 3));
+    }
+
+    #[test]
+    fn a_step_passes_an_it_block_as_a_whole() {
+        // cmp r0, #0; ite eq; moveq r1, #1; movne r1, #2; movs r2, #3
+        let mut cpu = cpu(&[0x2800, 0xBF0C, 0x2101, 0x2102, 0x2203], 100);
+        cpu.step().unwrap();
+        cpu.step().unwrap();
+        assert_eq!((cpu.reg(Reg::Pc) - FLASH, cpu.reg(Reg::R(1)), cpu.reg(Reg::R(2))), (8, 1, 0));
+    }
+
+    #[test]
+    fn a_step_stops_at_what_stops_a_run() {
+        // bkpt #3; wfi; movs r0, #0; wfi
+        let mut cpu = cpu(&[0xBE03, 0xBF30, 0x2000, 0xBF30], 100);
+        assert_eq!((cpu.step().unwrap(), cpu.reg(Reg::Pc) - FLASH), (Stop::Breakpoint(3), 0));
+        cpu.set_reg(Reg::Pc, FLASH + 2);
+        assert_eq!((cpu.step().unwrap(), cpu.reg(Reg::Pc) - FLASH), (Stop::WaitForInterrupt, 4));
+        assert_eq!((cpu.step().unwrap(), cpu.reg(Reg::Pc) - FLASH), (Stop::Requested, 6), "not at the next one's hook");
+    }
+
+    #[test]
+    fn a_hardware_break_point_stops_before_its_instruction() {
+        // movs r0, #0; adds r0, #1; adds r0, #1; b .-4
+        let mut cpu = cpu(&[0x2000, 0x3001, 0x3001, 0xE7FC], 100);
+        assert_eq!(cpu.step().unwrap(), Stop::Requested);
+        cpu.set_breakpoints(&[FLASH + 4]).unwrap();
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc) - FLASH, cpu.reg(Reg::R(0))), (Stop::HardwareBreakpoint, 4, 1));
+        assert_eq!(cpu.run(), Stop::HardwareBreakpoint, "it stops there again");
+        cpu.set_breakpoints(&[]).unwrap();
+        assert_eq!((cpu.step().unwrap(), cpu.reg(Reg::Pc) - FLASH), (Stop::Requested, 6));
+        cpu.set_breakpoints(&[FLASH + 2, FLASH + 4]).unwrap();
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc) - FLASH), (Stop::HardwareBreakpoint, 2));
+        cpu.set_breakpoints(&[FLASH + 4]).unwrap();
+        assert_eq!((cpu.run(), cpu.reg(Reg::R(0))), (Stop::HardwareBreakpoint, 3));
+    }
+
+    #[test]
+    fn code_in_ram_runs_where_a_debugger_may_put_it() {
+        // movs r0, #7; bkpt #0; another number
+        let write = |cpu: &mut UnicornCpu<RecordingMachine>, number: u16| {
+            let code: Vec<u8> = [0x2000 | number, 0xBE00].iter().flat_map(|half| half.to_le_bytes()).collect();
+            assert!(cpu.write_ram(RAM, &code));
+            cpu.drop_code(RAM, code.len()).unwrap();
+            cpu.set_reg(Reg::Pc, RAM);
+        };
+        let mut cpu = cpu(&[0xBF00], 100);
+        write(&mut cpu, 7);
+        assert_eq!(cpu.run(), Stop::Trap(Trap::FetchNever));
+        cpu.allow_code_in_ram(Chip::F407).unwrap();
+        for number in [7, 9] {
+            write(&mut cpu, number);
+            assert_eq!((cpu.run(), cpu.reg(Reg::R(0))), (Stop::Breakpoint(0), number.into()));
+            assert_eq!(cpu.machine().charged.last(), Some(&(RAM, 2)));
+        }
+    }
+
+    #[test]
+    fn a_store_to_open_flash_goes_to_the_machine() {
+        // str r1, [r0]; movs r2, #1; bkpt #0
+        let mut cpu = cpu(&[0x6001, 0x2201, 0xBE00], 100);
+        cpu.set_reg(Reg::R(0), FLASH + 0x4000);
+        cpu.set_reg(Reg::R(1), 0x1234_5678);
+        assert_eq!(cpu.run(), Stop::Trap(Trap::WriteFlash(FLASH + 0x4000)));
+        cpu.machine().flash_is_open = true;
+        cpu.set_reg(Reg::Pc, FLASH);
+        assert_eq!((cpu.run(), cpu.reg(Reg::R(2))), (Stop::Breakpoint(0), 1));
+        assert_eq!(cpu.machine().stores, [(FLASH + 0x4000, Width::Word, 0x1234_5678)]);
+        assert_eq!(cpu.read_word(FLASH + 0x4000), Some(u32::MAX), "the machine programs it");
+    }
+
+    #[test]
+    fn hints_of_a_new_program_are_found() {
+        // nop; nop: then wfi; bkpt #0
+        let mut cpu = cpu(&[0xBF00, 0xBE00, 0xBE00], 100);
+        assert_eq!(cpu.run(), Stop::Breakpoint(0));
+        cpu.write_flash(FLASH, &[0x30, 0xBF]).unwrap();
+        cpu.set_reg(Reg::Pc, FLASH);
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::WaitForInterrupt, FLASH + 2));
+        // The hook stays, and does nothing for another instruction: movs r0, #5.
+        cpu.write_flash(FLASH, &[0x05, 0x20]).unwrap();
+        cpu.set_reg(Reg::Pc, FLASH);
+        assert_eq!((cpu.run(), cpu.reg(Reg::R(0))), (Stop::Breakpoint(0), 5));
     }
 
     #[test]

@@ -13,6 +13,8 @@ use std::path::Path;
 use anyhow::Result;
 
 use crate::missing_requirement::MissingRequirement;
+use crate::probe;
+use crate::shell;
 use crate::toolchain::{self, Method, Toolchain};
 use apt::{Apt, Effort};
 use package_manager::PackageManager;
@@ -62,6 +64,8 @@ pub(crate) fn set_up(needs: &[Need], required: &Required, target_dir: &Path) -> 
         let mut tools = missing_tools(need.tools());
         let mut cause = None;
         match need {
+            // Apart from its tools, which the package manager installs.
+            Need::Probe => missing.extend(missing_probe_rs(required)),
             Need::Traces => cause = need::missing_traces(&need::traces_folder()),
             Need::BoardCompiler => match toolchain::decide(&toolchain::facts()?) {
                 Ok(decided) => {
@@ -100,6 +104,28 @@ pub(crate) fn set_up(needs: &[Need], required: &Required, target_dir: &Path) -> 
         setup.toolchain = Some(toolchain);
     }
     Ok(setup)
+}
+
+/// Why there is no probe-rs; `None` if there is one. Where it is required, cargo installs it, which takes minutes.
+fn missing_probe_rs(required: &Required) -> Option<Missing> {
+    let mut cause = probe::installed("probe-rs").err()?;
+    if required.contains(Need::Probe) {
+        match install_probe_rs() {
+            Ok(()) => cause = probe::installed("probe-rs").err()?,
+            Err(error) => cause += &format!("; {error:#}"),
+        }
+    }
+    Some(Missing { need: Need::Probe, tools: Vec::new(), cause: Some(cause) })
+}
+
+/// Installs probe-rs below the target folder. Optimised as far as its user needs it: fully it takes three times as long.
+fn install_probe_rs() -> Result<()> {
+    eprintln!("set-up: probe-rs is missing: it writes and debugs boards; its build takes about 8 minutes on 2 cores");
+    let mut cargo = shell::cargo();
+    cargo.args(probe::INSTALL.split(' ').skip(1)).arg("--root").arg(probe::tools_folder());
+    cargo.env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1");
+    cargo.env("CARGO_PROFILE_RELEASE_DEBUG", "0");
+    shell::must_succeed(&mut cargo, probe::INSTALL)
 }
 
 fn missing_tools(tools: &[Tool]) -> Vec<Tool> {

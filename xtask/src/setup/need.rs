@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 
 use super::tool::{
-    CHROMIUM_TOOLS, CPP_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS,
+    CHROMIUM_TOOLS, CPP_TOOLS, DEBUGGER_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL_TOOLS, Tool,
+    UNICORN_TOOLS,
 };
 
 /// The variable that makes needs required: their names with commas between them, or `all`.
@@ -35,11 +36,13 @@ pub(crate) enum Need {
     Python,
     /// A compiler of C++.
     Cpp,
+    /// probe-rs, which cargo installs, and a debugger for the board.
+    Probe,
 }
 
 impl Need {
     /// Every need.
-    pub(crate) const ALL: [Need; 9] = [
+    pub(crate) const ALL: [Need; 10] = [
         Need::BoardCompiler,
         Need::VirtualBoard,
         Need::Qemu,
@@ -49,10 +52,11 @@ impl Need {
         Need::Chromium,
         Need::Python,
         Need::Cpp,
+        Need::Probe,
     ];
 
     /// The groups of optional tools that `cargo xtask setup --with GROUP` installs.
-    pub(crate) const GROUPS: [Need; 5] = [Need::Qemu, Need::Node, Need::Chromium, Need::Python, Need::Cpp];
+    pub(crate) const GROUPS: [Need; 6] = [Need::Qemu, Need::Node, Need::Chromium, Need::Python, Need::Cpp, Need::Probe];
 
     /// The name in `FOOTFALL_REQUIRE` and `--with`.
     pub(crate) fn name(self) -> &'static str {
@@ -66,6 +70,7 @@ impl Need {
             Need::Chromium => "chromium",
             Need::Python => "python",
             Need::Cpp => "c++",
+            Need::Probe => "probe",
         }
     }
 
@@ -90,6 +95,7 @@ impl Need {
             Need::Chromium => &CHROMIUM_TOOLS,
             Need::Python => &PYTHON_TOOLS,
             Need::Cpp => &CPP_TOOLS,
+            Need::Probe => &DEBUGGER_TOOLS,
         }
     }
 }
@@ -135,7 +141,7 @@ impl Required {
         let named = |need: &Need| match need {
             Need::VirtualBoard => with_image,
             // The steps that need them require them themselves.
-            Need::Python | Need::Cpp => false,
+            Need::Python | Need::Cpp | Need::Probe => false,
             need => self.0.contains(need),
         };
         Need::ALL.into_iter().filter(named).map(Need::name).collect::<Vec<_>>().join(",")
@@ -169,7 +175,7 @@ mod tests {
         let message = Required::parse("qemu,qmeu").unwrap_err().to_string();
         assert!(message.contains("`qmeu`"), "{message}");
         assert!(message.contains(
-            "allowed: board-compiler, virtual-board, qemu, traces, terminal, node, chromium, python, c++, all"
+            "allowed: board-compiler, virtual-board, qemu, traces, terminal, node, chromium, python, c++, probe, all"
         ));
     }
 

@@ -227,6 +227,21 @@ pub(crate) const PYTHON_TOOLS: [Tool; 2] = [
     },
 ];
 
+/// A debugger that knows the board's processor.
+pub(crate) const DEBUGGER_TOOLS: [Tool; 1] = [Tool {
+    name: "gdb-multiarch",
+    purpose: "debugs the flashed image through probe-rs",
+    is_present: || any_on_path(&["gdb-multiarch", "arm-none-eabi-gdb"]),
+    packages: Packages {
+        apt: &["gdb-multiarch"],
+        homebrew: &["arm-none-eabi-gdb"],
+        dnf: &[],
+        pacman: &["arm-none-eabi-gdb"],
+        zypper: &[],
+        winget: &["Arm.GnuArmEmbeddedToolchain"],
+    },
+}];
+
 /// A compiler of C++. One of C is there with Rust, which links with it.
 pub(crate) const CPP_TOOLS: [Tool; 1] = [Tool {
     name: "c++",

@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn each_need_is_prepared_once() {
         let all = needs(&selected(&[]));
-        assert_eq!(all.len(), 8, "{all:?}");
+        assert_eq!(all.len(), 9, "{all:?}");
         assert_eq!(needs(&selected(&["format".to_owned()])), []);
     }
 

@@ -19,6 +19,7 @@ use super::state::{CannotRun, State, cargo, passed, tests};
 use crate::bench;
 use crate::board::{Board, Variant};
 use crate::emulated;
+use crate::probe;
 use crate::self_test;
 use crate::setup::{Need, REQUIRE};
 use crate::shell;
@@ -38,7 +39,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 28] = [
+pub(super) const STEPS: [Step; 29] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -174,6 +175,13 @@ pub(super) const STEPS: [Step; 28] = [
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
+    },
+    Step {
+        name: "probe",
+        claim: "probe-rs as it is released writes, runs, reads, erases and debugs the image on the virtual board, by itself and for `cargo xtask`",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard, Need::Probe],
+        uses: &[],
+        run: with_probe_rs,
     },
     Step {
         name: "pico",
@@ -550,6 +558,26 @@ fn image_tests(state: &State) -> Result<String> {
     Ok(format!("{tests}; {}", Judged::read(&file)?))
 }
 
+/// The test programs that connect probe-rs with the virtual board.
+const PROBE_TESTS: [&str; 2] = ["board_probe", "xtask_probe"];
+
+fn with_probe_rs(state: &State) -> Result<String> {
+    let footfall = state.workspace.footfall()?;
+    let probe_rs = probe::program("probe-rs")?;
+    let folder = probe_rs.parent().context("probe-rs is in no folder")?;
+    let variables = [
+        ("FOOTFALL_ELF", state.image()?),
+        ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
+        ("FOOTFALL_BIN", &footfall),
+        (probe::FOLDER, folder),
+    ];
+    let mut variables = variables.map(|(name, path)| (name, path.as_os_str())).to_vec();
+    variables.push(("FOOTFALL_IMAGES_ALONE", OsStr::new("1")));
+    let arguments: Vec<&str> = PROBE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
+    passed(state, tests(state, &arguments, &variables)?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -563,9 +591,9 @@ mod tests {
     }
 
     #[test]
-    fn only_qemu_node_python_and_cpp_are_optional_for_a_step() {
+    fn only_qemu_node_python_cpp_and_probe_are_optional_for_a_step() {
         let optional = |need: &&Need| !crate::setup::Required::default().contains(**need);
         let mut optional = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional));
-        assert!(optional.all(|need| [Need::Cpp, Need::Node, Need::Python, Need::Qemu].contains(need)));
+        assert!(optional.all(|need| [Need::Cpp, Need::Node, Need::Probe, Need::Python, Need::Qemu].contains(need)));
     }
 }

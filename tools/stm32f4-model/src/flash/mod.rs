@@ -1,4 +1,5 @@
-//! Registers of the flash interface, and the operation that runs (RM0090 3.6, 3.9). Mass erase and writes of option bytes are not modelled.
+//! Registers of the flash interface, the operation that runs, and the option bytes (RM0090 3.6, 3.7, 3.9). Of the option bytes the level of the
+//! brown-out reset can be changed; read and write protection and the user bits are not modelled.
 
 mod operation;
 
@@ -11,6 +12,9 @@ use operation::{FLASH, RunningOperation};
 
 const LOCK: u32 = 1 << 31;
 const OPTLOCK: u32 = 1;
+// OPTCR.
+const OPTSTRT: u32 = 1 << 1;
+const BOR_LEV: u32 = 3 << 2;
 // CR.
 const PG: u32 = 1;
 const SER: u32 = 1 << 1;
@@ -35,7 +39,10 @@ pub(crate) struct Flash {
     /// EOP and the error flags.
     sr: u32,
     running: Option<RunningOperation>,
+    /// OPTCR.
     optcr: u32,
+    /// The option bytes, as OPTCR has them after a reset without its lock.
+    options: u32,
     /// Number of correct keys written so far, for CR and OPTCR; 0xFF: a wrong key was written, locked until the next reset.
     keys: [u8; 2],
 }
@@ -43,15 +50,18 @@ pub(crate) struct Flash {
 impl Flash {
     /// `bor_level` is BOR_LEV of the option bytes, 0 to 3 (3.9.6).
     pub(crate) fn new(chip: Chip, bor_level: u8) -> Self {
-        Flash {
-            chip,
-            acr: 0,
-            cr: LOCK,
-            sr: 0,
-            running: None,
-            optcr: 0x0FFF_AAE1 | u32::from(bor_level & 3) << 2,
-            keys: [0; 2],
-        }
+        let options = 0x0FFF_AAE0 | u32::from(bor_level & 3) << 2;
+        Flash { chip, acr: 0, cr: LOCK, sr: 0, running: None, optcr: options | OPTLOCK, options, keys: [0; 2] }
+    }
+
+    /// Resets the registers; OPTCR has the option bytes then.
+    pub(crate) fn reset(&mut self) {
+        *self = Flash { options: self.options, optcr: self.options | OPTLOCK, ..Flash::new(self.chip, 0) };
+    }
+
+    /// BOR_LEV of the option bytes, 0 to 3.
+    pub(crate) fn bor_level(&self) -> u8 {
+        ((self.options & BOR_LEV) >> 2) as u8
     }
 
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
@@ -94,14 +104,15 @@ impl Flash {
                     }
                     return;
                 }
-                if value & MER != 0 {
-                    lints.push(LintKind::Mode("mass erase of the flash"));
-                }
                 if value & LOCK != 0 {
                     self.keys[0] = 0;
                 }
-                self.cr = value & (0x8300_037F & !MER);
-                if value & STRT != 0 && value & SER != 0 {
+                self.cr = value & 0x8301_037F;
+                // 3.6.3: a mass erase with MER alone.
+                if value & STRT != 0 && value & (MER | SER) == MER {
+                    let psize = value >> 8 & 3;
+                    self.running = Some(RunningOperation::mass_erase(self.chip.flash_bytes(), psize, seconds));
+                } else if value & STRT != 0 && value & SER != 0 {
                     let end = FLASH + self.chip.flash_bytes();
                     self.running = RunningOperation::erase(value >> 3 & 0xF, value >> 8 & 3, seconds)
                         .filter(|erase| erase.address < end);
@@ -112,18 +123,32 @@ impl Flash {
                         }));
                     }
                 }
+                if self.running.is_none() {
+                    self.cr &= !STRT;
+                }
             }
             0x14 => {
                 if self.optcr & OPTLOCK != 0 {
                     lints.push(LintKind::Misuse("FLASH_OPTCR is locked: write the two keys to FLASH_OPTKEYR first"));
                     return;
                 }
-                if value & OPTLOCK == 0 && value & !3 != self.optcr & !3 {
-                    lints.push(LintKind::Mode("changing option bytes"));
+                if self.running.is_some() {
+                    lints.push(LintKind::Misuse("FLASH_OPTCR is written while an operation runs: wait until BSY is 0"));
+                    return;
                 }
+                // 3.9.6: a write with OPTLOCK only locks.
                 if value & OPTLOCK != 0 {
                     self.keys[1] = 0;
                     self.optcr |= OPTLOCK;
+                    return;
+                }
+                let kept = !(BOR_LEV | OPTSTRT | OPTLOCK);
+                if (value ^ self.optcr) & kept != 0 {
+                    lints.push(LintKind::Mode("option bytes other than the level of the brown-out reset"));
+                }
+                self.optcr = self.optcr & kept | value & (BOR_LEV | OPTSTRT);
+                if value & OPTSTRT != 0 {
+                    self.running = Some(RunningOperation::option_bytes(seconds));
                 }
             }
             _ => lints.push(LintKind::Unmodelled),
@@ -175,7 +200,16 @@ impl Flash {
         // 3.9.5: EOP is set only if its interrupt is enabled.
         self.sr |= if self.cr & EOPIE != 0 { EOP } else { 0 };
         self.cr &= !STRT;
+        if running.change == FlashChange::OptionBytes {
+            self.optcr &= !OPTSTRT;
+            self.options = self.optcr & !OPTLOCK;
+        }
         Some(running.at(running.until))
+    }
+
+    /// True where a store to the flash programs it: CR is unlocked, and PG is set (3.6.4).
+    pub(crate) fn accepts_stores(&self) -> bool {
+        self.cr & (LOCK | PG) == PG
     }
 
     /// Cuts the operation that runs at a time, s: a reset or the loss of power.
@@ -250,7 +284,7 @@ mod tests {
         write(&mut flash, 8, 0x4C5D_6E7F);
         assert_eq!(flash.peek(0x14), Some(0x0FFF_AAEC));
         assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAEC), []);
-        assert!(write(&mut flash, 0x14, 0x0FFF_AAE0)[0].is_unmodelled());
+        assert!(write(&mut flash, 0x14, 0x0FFF_55EC)[0].is_unmodelled(), "read protection");
         write(&mut flash, 0x14, 0x0FFF_AAED);
         assert_eq!(flash.peek(0x14), Some(0x0FFF_AAED));
         assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAEC).len(), 1);
@@ -309,8 +343,45 @@ mod tests {
     }
 
     #[test]
-    fn a_mass_erase_gives_an_unmodelled_lint() {
-        let lints = write(&mut unlocked(), 0x10, MER | STRT);
-        assert!(lints.len() == 1 && lints[0].is_unmodelled());
+    fn a_mass_erase_takes_seconds() {
+        // 3.6.3 and the data sheets: 8 s by words, half of it for 512 KiB.
+        let erase = MER | STRT | 2 << 8;
+        let mut flash = unlocked();
+        assert_eq!(write(&mut flash, 0x10, erase), []);
+        assert_eq!((flash.peek(0x0C), flash.ends_at()), (Some(BSY), Some(8.0)));
+        let ended = flash.finish().unwrap();
+        assert_eq!((ended.address, ended.bytes(), flash.peek(0x0C)), (FLASH, 0x10_0000, Some(0)));
+        let mut small = Flash::new(Chip::F411, 3);
+        [0x4567_0123, 0xCDEF_89AB].map(|key| write(&mut small, 4, key));
+        write(&mut small, 0x10, erase);
+        assert_eq!((small.ends_at(), small.finish().unwrap().bytes()), (Some(4.0), 0x8_0000));
+    }
+
+    #[test]
+    fn the_brown_out_level_changes_with_optstrt_and_outlasts_a_reset() {
+        // 3.7.2: unlock, write OPTCR, set OPTSTRT, wait for BSY.
+        let mut flash = Flash::new(Chip::F407, 3);
+        [0x0819_2A3B, 0x4C5D_6E7F].map(|key| write(&mut flash, 8, key));
+        assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAE0), []);
+        flash.reset();
+        assert_eq!(
+            (flash.peek(0x14), flash.bor_level()),
+            (Some(0x0FFF_AAED), 3),
+            "without OPTSTRT nothing is programmed"
+        );
+        [0x0819_2A3B, 0x4C5D_6E7F].map(|key| write(&mut flash, 8, key));
+        write(&mut flash, 0x14, 0x0FFF_AAE4);
+        assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAE4 | OPTSTRT), []);
+        assert_eq!((flash.peek(0x0C), flash.ends_at(), flash.bor_level()), (Some(BSY), Some(0.4), 3));
+        assert_eq!(flash.finish().unwrap().bytes(), 0);
+        assert_eq!((flash.peek(0x0C), flash.peek(0x14), flash.bor_level()), (Some(0), Some(0x0FFF_AAE4), 1));
+        flash.reset();
+        assert_eq!((flash.peek(0x14), flash.bor_level()), (Some(0x0FFF_AAE5), 1));
+        // One that a loss of power cuts changes nothing here.
+        [0x0819_2A3B, 0x4C5D_6E7F].map(|key| write(&mut flash, 8, key));
+        write(&mut flash, 0x14, 0x0FFF_AAEC | OPTSTRT);
+        flash.cut(0.1);
+        flash.reset();
+        assert_eq!(flash.bor_level(), 1);
     }
 }

@@ -9,6 +9,11 @@ pub(super) const FLASH: u32 = 0x0800_0000;
 const PROGRAM_S: f64 = 16e-6;
 /// Duration of the erase of a sector of 16, 64 and 128 KiB by PSIZE: by bytes, by half-words, by words, s (the same table, typical).
 const ERASE_S: [[f64; 3]; 3] = [[0.4, 0.3, 0.25], [1.2, 0.7, 0.55], [2.0, 1.3, 1.0]];
+/// Duration of a mass erase of 1 MiB by PSIZE, s (the same table, typical); of the 512 KiB of the F411 half of it (its data sheet).
+const MASS_ERASE_S: [f64; 3] = [16.0, 11.0, 8.0];
+/// Duration of a change of the option bytes, s: their sector is erased and programmed (3.7.2). No data sheet has a number; taken is the erase of a
+/// sector of 16 KiB by bytes.
+const OPTION_BYTES_S: f64 = 0.4;
 
 /// Address and length in bytes of a sector, 0 to 11 (3.3, table 5); the F411 has 0 to 7 (RM0383 3.3).
 pub(crate) fn sector(number: u32) -> Option<(u32, u32)> {
@@ -47,6 +52,8 @@ pub enum FlashChange {
         /// Its length in bytes: 1, 2 or 4.
         bytes: u32,
     },
+    /// The option bytes, which are not in the flash memory: no byte of it changes.
+    OptionBytes,
 }
 
 /// An operation that has ended, or was cut by a reset or by the loss of power.
@@ -66,6 +73,7 @@ impl FlashOperation {
     pub fn bytes(&self) -> u32 {
         match self.change {
             FlashChange::Erase { bytes } | FlashChange::Program { bytes, .. } => bytes,
+            FlashChange::OptionBytes => 0,
         }
     }
 
@@ -84,6 +92,7 @@ impl FlashOperation {
             let after = match self.change {
                 FlashChange::Erase { .. } => 0xFF,
                 FlashChange::Program { value, .. } => *byte & value.to_le_bytes()[n],
+                FlashChange::OptionBytes => *byte,
             };
             let mut changed = *byte ^ after;
             if self.done < 1.0 {
@@ -120,6 +129,22 @@ impl RunningOperation {
         // Double words need an external voltage; they are as fast as words here.
         let seconds = ERASE_S[row][psize.min(2) as usize];
         Some(RunningOperation { address, change: FlashChange::Erase { bytes }, from, until: from + seconds })
+    }
+
+    /// The erase of the whole flash from a time on.
+    pub(crate) fn mass_erase(flash_bytes: u32, psize: u32, from: f64) -> Self {
+        let seconds = MASS_ERASE_S[psize.min(2) as usize] * f64::from(flash_bytes) / f64::from(1024 * 1024);
+        RunningOperation {
+            address: FLASH,
+            change: FlashChange::Erase { bytes: flash_bytes },
+            from,
+            until: from + seconds,
+        }
+    }
+
+    /// The change of the option bytes from a time on.
+    pub(crate) fn option_bytes(from: f64) -> Self {
+        RunningOperation { address: FLASH, change: FlashChange::OptionBytes, from, until: from + OPTION_BYTES_S }
     }
 
     /// The program of an item from a time on.

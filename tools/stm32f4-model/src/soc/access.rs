@@ -220,7 +220,12 @@ impl Soc {
                 self.schedule_low_speed();
             }
             Model::Usart2 => self.usart2.write(offset, value, now, lints),
-            Model::Dbgmcu => self.dbgmcu.write(offset, value, lints),
+            Model::Dbgmcu => {
+                self.dbgmcu.write(offset, value, lints);
+                if self.halted {
+                    self.set_halted(true);
+                }
+            }
             Model::SystemMemory => lints.push(LintKind::Misuse("system memory is read only")),
             Model::None => lints.push(LintKind::Unmodelled),
         }

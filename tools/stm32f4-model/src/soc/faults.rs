@@ -94,7 +94,7 @@ impl Soc {
     /// detector follows (RM0090 5.2).
     pub fn set_supply(&mut self, volts: f64) {
         let seconds = self.time.seconds(self.now);
-        self.reset_request = self.supply.set_volts(volts, self.config.bor_level, seconds).or(self.reset_request);
+        self.reset_request = self.supply.set_volts(volts, self.flash.bor_level(), seconds).or(self.reset_request);
         self.update_voltage_detector();
         self.schedule_release();
         self.refresh();
@@ -124,10 +124,6 @@ impl Soc {
             let (rising, falling) = if is_low { (LINE, 0) } else { (0, LINE) };
             self.exti.edges(rising, falling);
         }
-    }
-
-    pub(super) fn is_held_in_reset(&self) -> bool {
-        self.supply.held_until() > self.time.seconds(self.now) + 1e-12
     }
 
     pub(super) fn schedule_release(&mut self) {

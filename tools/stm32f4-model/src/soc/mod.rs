@@ -45,9 +45,6 @@ use pin_levels::Pins;
 /// Number of results kept for [`Soc::conversions`]; older ones are dropped.
 const KEPT_CONVERSIONS: usize = 1 << 16;
 
-/// Supply of the chip at power-on, V. [`SocConfig::vdda`] is the analogue supply alone.
-const SUPPLY_V: f64 = 3.0;
-
 /// The peripherals of the chip.
 ///
 /// Time is counted in HCLK cycles since power-on. The caller models the core, and calls [`Soc::advance_to`] with the cycle of each register
@@ -129,6 +126,7 @@ pub struct Soc {
     is_settled: bool,
     /// Number of updates of the interrupt lines or the next event, and of new lints.
     updates: u64,
+    records_lints: bool,
     lints: Vec<Lint>,
     lint_index: HashMap<(u32, Width, LintKind, bool), usize>,
     conversions: VecDeque<Conversion>,
@@ -148,7 +146,7 @@ impl Soc {
             pwr: Pwr::new(config.chip),
             flash: Flash::new(config.chip, config.bor_level),
             flash_operations: Vec::new(),
-            supply: Supply::new(SUPPLY_V),
+            supply: Supply::new(config.vdd, config.brown_out_threshold, config.bor_level),
             dbgmcu: Dbgmcu::new(config.chip),
             halted: false,
             syscfg: Syscfg::default(),
@@ -179,6 +177,7 @@ impl Soc {
             schedule_stale: false,
             is_settled: false,
             updates: 0,
+            records_lints: true,
             lints: Vec::new(),
             lint_index: HashMap::new(),
             conversions: VecDeque::new(),
@@ -236,11 +235,34 @@ impl Soc {
         self.rcc.stopped()
     }
 
-    /// True while the core stands still although it has a clock: the chip is held in reset, or the flash is erased or programmed, so that a fetch
-    /// waits (RM0090 3.6). The core's program is in flash here.
+    /// True while the core stands still although it has a clock: the chip is held in reset, or the flash is erased or programmed, so that a fetch from
+    /// it waits (RM0090 3.6). A program in RAM goes on meanwhile: see [`Soc::is_held_in_reset`].
     #[must_use]
     pub fn core_waits(&self) -> bool {
         self.is_held_in_reset() || self.flash.ends_at().is_some()
+    }
+
+    /// True while the supply or the reset pin holds the chip in reset.
+    #[must_use]
+    pub fn is_held_in_reset(&self) -> bool {
+        self.supply.held_until() > self.time.seconds(self.now) + 1e-12
+    }
+
+    /// Time of the end of the flash operation that runs, s; `None`: none runs.
+    #[must_use]
+    pub fn flash_ends_at(&self) -> Option<f64> {
+        self.flash.ends_at()
+    }
+
+    /// True where a store to the flash programs it: FLASH_CR is unlocked, and PG is set (RM0090 3.6.4).
+    #[must_use]
+    pub fn flash_accepts_stores(&self) -> bool {
+        self.flash.accepts_stores()
+    }
+
+    /// Whether lints are recorded. They are not for accesses of a debugger, which may look at any address.
+    pub fn record_lints(&mut self, are_recorded: bool) {
+        self.records_lints = are_recorded;
     }
 
     /// Takes the flash operations that have ended or were cut since the last call, in order. The caller applies them to its memory.
@@ -259,7 +281,7 @@ impl Soc {
         self.flash_operations.extend(self.flash.cut(self.time.seconds(self.now)));
         self.rcc.reset(cause);
         self.pwr = Pwr::new(self.config.chip);
-        self.flash = Flash::new(self.config.chip, self.config.bor_level);
+        self.flash.reset();
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
         self.iwdg = Iwdg::new();
@@ -354,6 +376,9 @@ impl Soc {
 
     /// Records a lint.
     fn lint(&mut self, addr: u32, width: Width, kind: LintKind, write: Option<u32>) {
+        if !self.records_lints {
+            return;
+        }
         let key = (addr, width, kind, write.is_some());
         match self.lint_index.get(&key) {
             Some(&index) => self.lints[index].count += 1,

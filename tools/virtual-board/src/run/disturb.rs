@@ -16,8 +16,6 @@ use crate::script::{Inject, Memory, RttReader, Stream};
 use crate::unicorn::rams;
 use crate::waveform::{Wave, Waveform};
 
-/// Supply of the chip while nothing is wrong, and none is given, V.
-const SUPPLY_V: f64 = 3.0;
 /// Control register 1 of TIM2.
 const TIM2_CR1: u32 = 0x4000_0000;
 /// Period, prescaler and counter of TIM1, which makes the servo frames.
@@ -65,7 +63,7 @@ impl<W: Write> BoardRun<'_, W> {
             InjectionKind::Overrun => board.soc.force_overrun(0),
             InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
             InjectionKind::Halt => {
-                board.scs.debugger = true;
+                board.scs.debug.enable(true);
                 board.soc.halt();
             }
             InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
@@ -162,7 +160,7 @@ impl<W: Write> BoardRun<'_, W> {
             InjectionKind::Level(pin, _) => board.plant.release(pin),
             InjectionKind::Slow(_) => board.set_cpi(cpi),
             InjectionKind::Halt => {
-                board.scs.debugger = debugger;
+                board.scs.debug.enable(debugger);
                 board.soc.resume();
             }
             InjectionKind::LowSpeedClock(_) => {
@@ -287,7 +285,7 @@ fn disturb_board(board: &mut BoardModel, inject: &Inject, memory: &mut dyn DmaMe
 
 fn end_on_board(board: &mut BoardModel, inject: &Inject) {
     let crystal_hz = f64::from(board.soc.config().hse_hz);
-    let supply_v = board.plant.feed().chip_supply.unwrap_or(SUPPLY_V);
+    let supply_v = board.plant.feed().chip_supply.unwrap_or(board.soc.config().vdd);
     match *inject {
         Inject::CrystalHz(_) | Inject::CrystalDrift { .. } => board.soc.set_hse_hz(crystal_hz),
         Inject::LsiDrift { .. } => {

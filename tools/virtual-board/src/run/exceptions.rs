@@ -9,6 +9,8 @@ use crate::execution_trace::Event;
 use crate::fault::{self, FaultCause, FaultResponse};
 use crate::inject::InjectionKind;
 use crate::nvic;
+use crate::probe::core::HaltReason;
+use crate::probe::vector_catch;
 use crate::pulses::OutputState;
 use crate::report::{self, ReportLine};
 use crate::semihosting::{self, SemihostingRequest};
@@ -119,6 +121,10 @@ impl<W: Write> BoardRun<'_, W> {
                     self.report_fault(number, cause, pc);
                 }
                 self.take_exception(number, pc);
+                let is_caught = self.cpu.machine().scs.debug.catches(vector_catch::of(number, cause));
+                if is_caught && self.idle == IdleState::No {
+                    self.halt_core(HaltReason::VectorCatch);
+                }
             }
             FaultResponse::LockUp => self.lock_up(cause, pc),
         }

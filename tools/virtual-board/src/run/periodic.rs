@@ -1,7 +1,6 @@
 //! Periodic jobs of a run: reports pulses, reads RTT and commands every virtual millisecond, and writes the summary at the end.
 
 use std::io::Write;
-use std::time::Duration;
 
 use anyhow::Result;
 use stm32f4_model::{Conversion, Lint};
@@ -86,9 +85,17 @@ impl<W: Write> BoardRun<'_, W> {
                 ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
                 ConsoleCommand::Hold => self.cpu.machine().plant.press_deliberately(seconds),
                 ConsoleCommand::Stop => self.cpu.machine().plant.press_emergency_stop(ButtonPress::short(seconds)),
+                ConsoleCommand::Power => self.cpu.machine().soc.cycle_power(),
+                ConsoleCommand::Reset => {
+                    let soc = &mut self.cpu.machine().soc;
+                    soc.pull_reset_pin(true);
+                    soc.pull_reset_pin(false);
+                }
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
-                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold, stop or quit")
+                    eprintln!(
+                        "virtual-board: `{line}` is not a command; allowed is press, release, hold, stop, reset, power or quit"
+                    )
                 }
             }
         }
@@ -99,12 +106,8 @@ impl<W: Write> BoardRun<'_, W> {
         if self.periods.is_multiple_of(STATUS_EVERY) {
             self.report_status();
         }
-        if self.options.pace {
-            let ahead = Duration::from_secs_f64(seconds).saturating_sub(self.started.elapsed());
-            self.report.flush();
-            std::thread::sleep(ahead);
-        }
         self.report.flush();
+        self.follow_real_time()?;
         if self.report.closed() {
             return Ok(Some("killed"));
         }
@@ -116,7 +119,7 @@ impl<W: Write> BoardRun<'_, W> {
             && !self.injections.iter().any(|injection| injection.due().is_some());
         let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
         let has_no_user = self.options.secs.is_none() && !self.console.is_open() && self.lockstep.is_none();
-        if over || stuck && has_no_user {
+        if over || stuck && has_no_user && self.probe.is_none() {
             let locked = self.idle == IdleState::LockedUp;
             return Ok(Some(if locked {
                 "lockup"
