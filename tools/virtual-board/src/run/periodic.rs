@@ -86,9 +86,17 @@ impl<W: Write> BoardRun<'_, W> {
                 ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
                 ConsoleCommand::Hold => self.cpu.machine().plant.press_deliberately(seconds),
                 ConsoleCommand::Stop => self.cpu.machine().plant.press_emergency_stop(ButtonPress::short(seconds)),
+                ConsoleCommand::Wire(wires) => self.cpu.machine().plant.wire(wires),
+                ConsoleCommand::Inject(event) => {
+                    if let Err(error) = self.inject_now(&event, seconds) {
+                        eprintln!("virtual-board: `inject {event}`: {error:#}");
+                    }
+                }
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
-                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold, stop or quit")
+                    eprintln!(
+                        "virtual-board: `{line}` is not a command; allowed is press, release, hold, stop, wire PIN=PIN, inject EVENT or quit"
+                    )
                 }
             }
         }
