@@ -230,8 +230,7 @@ fn a_board_that_ends_the_pulses_itself_gives_its_cause() {
     let script = script.display().to_string();
     let mut board = Board::start(folder.path(), &["--script", &script]);
     let found = bring_up(folder.path(), &mut board, "10", &[1, 7]);
-    assert_eq!((found.evidence.verdict, found.code), (Verdict::Incomplete, Some(0)), "{}", found.said);
-    let quantity = found.quantity("width error, median, left_hip");
-    assert!(quantity.note.as_ref().is_some_and(|note| note.contains("fault, cause outputs")), "{quantity}");
+    assert_eq!((found.evidence.verdict, found.code), (Verdict::Refused, Some(1)), "{}", found.said);
+    assert_eq!(found.quantity("fault of the board, left_hip").value, Some(Value::Word("outputs".into())));
     board.end();
 }

@@ -281,7 +281,7 @@ impl Quantity {
 }
 
 /// What a session found, without the id of the chip.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Found {
     pub(super) board: &'static firmware::board::Board,
     pub(super) versions: Versions,

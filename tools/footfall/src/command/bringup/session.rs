@@ -12,7 +12,7 @@ use hgod_adc::stm32f4::MAX_SUPPLY;
 use hgod_adc::HealthConfig;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Action, Outcome};
-use joint_loop::{BoardFaults, SupervisorState};
+use joint_loop::{BoardFaults, Cause, SupervisorState};
 use joint_units::{Joint, PulseMicros};
 use wire::{RecordId, Reset, VERSION};
 
@@ -45,6 +45,7 @@ const END: &str = "hazards.toml H07: the outputs go off at the end of a pulse, 2
 const STOP: &str = "hazards.toml H56: 1 ms; and the latest start of the tick that reads the stop, firmware/src/timing.rs: 0.1 ms";
 const SILENT: &str = "hazards.toml H56, H30: the line stays low";
 const BITE: &str = "hazards.toml H08: 38 ms; 10 ms from frame to frame before the halt; 20 ms in which the board boots (first tick after 10 ms) and its first record goes through telemetry and port";
+const FAULT: &str = "hazards.toml H04: registers that differ from what was written are a fault";
 const CLOCK: &str = "firmware/src/board/mod.rs, duties of a board: the crystal is within 500 ppm";
 const LOW_RAIL: &str = "hgod-adc/src/health.rs: a code below the end band shows a wire at ground";
 const HIGH_RAIL: &str = "hgod-adc/src/health.rs: a code above the end band shows a wire at the supply";
@@ -61,6 +62,14 @@ const STACK: &str = "hazards.toml H51: less than the size of the stack";
 enum Answer {
     Done,
     Skip,
+}
+
+/// Why no pulses were collected.
+enum Ended {
+    /// A reason in words.
+    Why(String),
+    /// The board has ended the pulses.
+    Board(SupervisorState, Cause),
 }
 
 /// A bring-up under way.
@@ -277,7 +286,7 @@ impl<'a, W: Write> Session<'a, W> {
         let to_do = format!("After Enter do not touch the board for {secs} s.");
         self.attempt("clocks, supply and times", &to_do, &NAMES, |session| {
             session.board.forget();
-            let (mut left, part) = (secs, 10.0);
+            let (mut left, part) = (secs, 10.0_f64);
             while left > 0.0 {
                 session.say(format_args!("  {left:.0} s"))?;
                 session.board.listen_for(part.min(left))?;
@@ -420,11 +429,12 @@ impl<'a, W: Write> Session<'a, W> {
     }
 
     /// Moves the pulse of the joint, and collects pulses at the line for a while; pulses and the commanded width.
-    fn pulses_at(&mut self, joint: Joint, goal: Option<u16>) -> Result<Result<(Vec<Pulse>, u16), String>, Failure> {
+    fn pulses_at(&mut self, joint: Joint, goal: Option<u16>) -> Result<Result<(Vec<Pulse>, u16), Ended>, Failure> {
         if let Some(goal) = goal {
             let outcome = self.board.ask(Action::Jog { pulse: PulseMicros(goal) })?;
-            if outcome != Outcome::InEffect {
-                return Ok(Err(format!("the board refuses a pulse of {goal} us: {}", outcome.name())));
+            // Out of a trim that has ended it is refused too; the state shows that below.
+            if !matches!(outcome, Outcome::InEffect | Outcome::NotTrimming) {
+                return Ok(Err(Ended::Why(format!("the board refuses a pulse of {goal} us: {}", outcome.name()))));
             }
         }
         self.board.forget();
@@ -434,7 +444,7 @@ impl<'a, W: Write> Session<'a, W> {
             self.board.listen()?;
             let Some((_, frame)) = self.board.frames().next_back() else { continue };
             if frame.state != SupervisorState::Trimming {
-                return Ok(Err(format!("the board ended the trim: {}, cause {}", frame.state.name(), frame.cause.name())));
+                return Ok(Err(Ended::Board(frame.state, frame.cause)));
             }
             let pulse = frame.pulses_us[joint as usize];
             if goal.is_none_or(|goal| goal == pulse) {
@@ -444,13 +454,13 @@ impl<'a, W: Write> Session<'a, W> {
                 }
             }
             if Instant::now() >= until {
-                return Ok(Err("the board does not come to the pulse that was asked for".into()));
+                return Ok(Err(Ended::Why("the board does not come to the pulse that was asked for".into())));
             }
         };
         self.board.forget();
         self.board.listen_for(PULSES_S)?;
         if let Some((_, frame)) = self.board.frames().find(|(_, frame)| frame.state != SupervisorState::Trimming) {
-            return Ok(Err(format!("the board ended the trim: {}, cause {}", frame.state.name(), frame.cause.name())));
+            return Ok(Err(Ended::Board(frame.state, frame.cause)));
         }
         Ok(Ok((pulses(self.board.edges()), commanded)))
     }
@@ -493,7 +503,16 @@ impl<'a, W: Write> Session<'a, W> {
             });
             let (pulses, commanded) = match self.pulses_at(joint, goal)? {
                 Ok(found) => found,
-                Err(why) => return Ok(Err(why)),
+                Err(Ended::Why(why)) => return Ok(Err(why)),
+                // The board found it itself: this is a result.
+                Err(Ended::Board(SupervisorState::Fault, cause)) if cause != Cause::BreakInput => {
+                    let missing = [median, middle, period, end].map(|name| Quantity::not_measured(&**name, "the board ended the pulses"));
+                    let fault = Quantity::word(format!("fault of the board, {}", joint.name()), cause.name()).allowing("none", FAULT);
+                    return Ok(Ok([vec![fault], missing.into()].concat()));
+                }
+                Err(Ended::Board(state, cause)) => {
+                    return Ok(Err(format!("the board ended the trim: {}, cause {}", state.name(), cause.name())));
+                }
             };
             parked.get_or_insert(commanded);
             let Some(found) = widths(&pulses, commanded) else {
