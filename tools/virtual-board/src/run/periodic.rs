@@ -91,10 +91,16 @@ impl<W: Write> BoardRun<'_, W> {
                     soc.pull_reset_pin(true);
                     soc.pull_reset_pin(false);
                 }
+                ConsoleCommand::Wire(wires) => self.cpu.machine().plant.wire(wires),
+                ConsoleCommand::Inject(event) => {
+                    if let Err(error) = self.inject_now(&event, seconds) {
+                        eprintln!("virtual-board: `inject {event}`: {error:#}");
+                    }
+                }
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
                     eprintln!(
-                        "virtual-board: `{line}` is not a command; allowed is press, release, hold, stop, reset, power or quit"
+                        "virtual-board: `{line}` is not a command; allowed is press, release, hold, stop, reset, power, wire PIN=PIN, inject EVENT or quit"
                     )
                 }
             }
