@@ -15,6 +15,7 @@ mod tracing;
 
 use std::cell::RefCell;
 use std::io::Write;
+use std::net::SocketAddr;
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -37,6 +38,7 @@ use crate::plant::{BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
+use crate::rtt_server::RttServer;
 use crate::script::Watcher;
 use crate::serial::SerialPort;
 use crate::servos::Servos;
@@ -71,6 +73,10 @@ pub(crate) struct RunOptions {
     pub(crate) rtt_mode: Option<u32>,
     /// Read the bytes of RTT.
     pub(crate) drain: bool,
+    /// Milliseconds from one read to the next.
+    pub(crate) rtt_every: u64,
+    /// Where RTT channel 1 is served.
+    pub(crate) rtt_server: Option<SocketAddr>,
     /// A debugger is attached.
     pub(crate) debugger: bool,
     /// Parts of the exception model to leave out.
@@ -105,6 +111,7 @@ pub(crate) struct BoardRun<'a, W: Write> {
     console: Console,
     serial: Option<SerialPort>,
     rtt: Option<Rtt>,
+    rtt_server: Option<RttServer>,
     recorder: SignalRecorder,
     /// The conversation with a program that steps the board.
     lockstep: Option<Lockstep>,
@@ -130,8 +137,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     has_several_faults: bool,
     /// What the board says of itself, which the cases of a campaign compare.
     reports: Reports,
-    /// The log since the last boot, as hex; `None`: not kept.
-    log: Option<String>,
+    /// The log for people and the records since the last boot, as hex; `None`: not kept.
+    log: Option<[String; 2]>,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -153,7 +160,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
     /// A run of `image` at power-on.
     ///
     /// # Errors
-    /// The emulator cannot be set up.
+    /// The emulator cannot be set up, or the server of RTT.
     #[expect(clippy::too_many_arguments, reason = "the parts of a run, each used once")]
     pub(crate) fn new(
         image: &'a ProgramImage,
@@ -173,6 +180,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             mode: options.rtt_mode,
             reading: RttReading::new(options.drain),
         });
+        let rtt_server = options.rtt_server.map(RttServer::open).transpose()?;
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
             cpu: UnicornCpu::new(image.board.config().chip, &image.flash, board, options.stale_flags)?,
@@ -182,6 +190,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             console,
             serial,
             rtt,
+            rtt_server,
             recorder,
             lockstep: None,
             saved: Vec::new(),
@@ -238,6 +247,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         self.report.line(&ReportLine::Start { elf_sha256, board, hclk_hz, cpi });
         if let Some(SerialPort { name, .. }) = &self.serial {
             self.report.line(&ReportLine::Serial { port: name.clone() });
+            self.report.flush();
+        }
+        if let Some(RttServer { address, .. }) = &self.rtt_server {
+            self.report.line(&ReportLine::RttServer { address: address.to_string() });
             self.report.flush();
         }
         self.boot(ResetCause::PowerOn);
@@ -514,7 +527,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
         self.trace(Event::Boot);
-        self.log.iter_mut().for_each(String::clear);
+        self.log.iter_mut().flatten().for_each(String::clear);
         self.reports.boot();
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();
