@@ -195,7 +195,8 @@ fn a_pulse_that_is_20_us_off_is_refused() {
     std::fs::write(&script, format!("{event}inject = {{ write = {{ address = 0x4001_0024, value = 500 }} }}\n"))
         .expect("written");
     let script = script.display().to_string();
-    let mut board = Board::start(folder.path(), &["--script", &script, "--violates", "the pulses are made 20 us longer"]);
+    let mut board =
+        Board::start(folder.path(), &["--script", &script, "--violates", "the pulses are made 20 us longer"]);
     let found = bring_up(folder.path(), &mut board, "10", &[1, 7]);
     assert_eq!((found.evidence.verdict, found.code), (Verdict::Refused, Some(1)), "{}", found.said);
     let off = found.number("width error, median, left_hip");

@@ -31,6 +31,7 @@ mod random;
 mod recorder;
 mod report;
 mod rtt;
+mod rtt_server;
 mod run;
 mod script;
 mod scs;
@@ -212,6 +213,12 @@ struct Cli {
     /// The attached debugger reads nothing from RTT
     #[arg(long)]
     no_drain: bool,
+    /// Milliseconds from one read of RTT to the next: 100 are those of a debugger that looks ten times a second
+    #[arg(long, value_name = "MS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    rtt_every: u64,
+    /// Serve RTT channel 1 at an address, as a debug probe's program does; port 0 is any free one, and a line of the output names it
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "campaign")]
+    rtt_server: Option<std::net::SocketAddr>,
     /// Cycles per instruction, 0.1 to 100
     #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
@@ -487,6 +494,8 @@ fn run(cli: &Cli) -> Result<u8> {
         stop_on_lint: cli.stop_on_lint,
         semihosting: cli.self_test_exit.is_some(),
         rtt_mode: cli.rtt_mode,
+        rtt_every: cli.rtt_every,
+        rtt_server: cli.rtt_server,
         drain: !cli.no_drain,
         debugger: cli.debugger,
         probe: cli.probe,
