@@ -38,6 +38,7 @@ fn main() -> ExitCode {
         a_boot_with_a_gesture_arms(Image),
         a_long_row_of_crashes_stays_locked_until_a_person_acts(Image),
         a_supply_that_drops_again_and_again_moves_no_pin_by_itself(Image),
+        every_supply_of_a_discovery_starts_and_walks(Image),
     ])
 }
 
@@ -309,4 +310,27 @@ fn a_supply_that_drops_again_and_again_moves_no_pin_by_itself() {
     let later: Vec<f64> = ran.pulses.iter().map(|(at, _)| *at).filter(|at| *at > APART_S).collect();
     assert_eq!(later, [0.0; 0], "pulses after the first dip");
     assert!(ran.boots[1..].iter().all(|boot| boot.ticks.iter().all(|tick| !tick.state.moving())));
+}
+
+/// Supplies that people measured at a Discovery, V. At the board's level each starts after the supply was away, arms by the next hold, and walks; at level 3
+/// the lowest does not start again: that is why it is not the board's.
+fn every_supply_of_a_discovery_starts_and_walks() {
+    for (volts, level, starts) in [
+        ("2.89", "2", true),
+        ("2.93", "2", true),
+        ("2.95", "2", true),
+        ("3.00", "2", true),
+        ("3.07", "2", true),
+        ("2.89", "3", false),
+        ("3.07", "3", true),
+    ] {
+        let (_script, mut options) = series(1, 2, "inject = { vdd = 1.0 }\nfor_ms = 20", "");
+        options.extend(["--vdda", volts, "--brown-out-level", level].map(str::to_owned));
+        let ran = Board::find().run(options);
+        assert!(ran.pulses.iter().any(|(at, _)| *at < APART_S), "{volts} V: the first run is armed by its hold");
+        assert_eq!(ran.pulses.iter().any(|(at, _)| *at > APART_S), starts, "{volts} V, level {level}");
+        assert_eq!(ran.boots.iter().filter(|boot| boot.boot.is_some()).count(), if starts { 2 } else { 1 });
+        let samples = ran.boots.iter().flat_map(|boot| &boot.conditions);
+        assert!(samples.clone().count() > 0 && samples.into_iter().all(|seen| seen.supply_dips == 0), "{volts} V");
+    }
 }

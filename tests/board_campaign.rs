@@ -487,7 +487,7 @@ fn a_state_that_is_not_as_declared_ends_the_campaign() {
             "{ at_s = 20.0, hold_s",
             "state `fault` at 7.5 s: the board says `disarmed (button)`",
         ),
-        ("trim", "040801fe05", "040801fe06", "state `trim ready` at 0.3 s: the board says `disarmed (none)`"),
+        ("trim", "040901fe05", "040901fe06", "state `trim ready` at 0.3 s: the board says `disarmed (none)`"),
     ] {
         let changed = text.replace(with, without);
         assert_ne!(changed, text);

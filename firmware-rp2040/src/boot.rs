@@ -13,14 +13,14 @@ use joint_loop::tuning::{Answer, Request, Settings};
 use joint_loop::{Cause, Conditions, Frame, SENSORS, Sample, SupervisorState};
 use joint_units::PulseMicros;
 use static_cell::{ConstStaticCell, StaticCell};
-use wire::{Boot, Change, Edge, Inputs, Record, Subject};
+use wire::{Boot, Change, Edge, Inputs, Record, Subject, Unframer};
 
 use crate::environment::Environment;
 use crate::faults::LastRun;
 use crate::pins::{PinRegisters, Pull};
 use crate::program::ProgramCheck;
+use crate::requests::{REQUESTS_QUEUED, Requests};
 use crate::sampling::REFERENCE;
-use crate::serial::{self, REQUESTS_QUEUED};
 use crate::servo_pwm::{self, Outputs};
 use crate::tasks::control::{
     self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FIRST_RECORD, FRAMES_QUEUED, RECORDS_QUEUED,
@@ -30,7 +30,8 @@ use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
 use crate::tasks::watchdog as reloading;
 use crate::variant::SENSOR_REQUIRED;
 use crate::{
-    clocks, emergency_stop, faults, lamps, log, parameters, protections, sampling, stopwatch, watchdog, watchdog_clock,
+    clocks, emergency_stop, faults, lamps, log, parameters, protections, sampling, serial, stopwatch, watchdog,
+    watchdog_clock,
 };
 
 /// The ticks, in an interrupt that no peripheral has.
@@ -152,11 +153,12 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         servo_pwm::start_frames();
     });
 
-    let (mut port, tasks) = serial::start(usb, requests_in);
+    let (mut port, tasks) = serial::start(usb, Requests::new(requests_in));
     let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
     port.send(&Record::Boot(boot));
     let telemetry = TELEMETRY.init(Telemetry {
         port,
+        probe: Unframer::default(),
         records: records_out,
         answers: answers_out,
         settings: settings_out,
@@ -173,6 +175,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         environment: Environment,
         rounds: 0,
         frames_to_line: FRAMES_A_LINE,
+        supply_v: None,
         truncated: 0,
         program: ProgramCheck::new(),
         warnings,

@@ -28,6 +28,6 @@ impl Environment {
         let (sum, count) = SUMS.lock(|sums| sums.replace((0, 0)));
         // 27 degrees at 0.706 V, -1.721 mV a degree (RP2040 datasheet, 4.9.5), at a supply of 3.3 V.
         let die_c = (count > 0).then(|| 27.0 - (sum as f32 / count as f32 * (3.3 / 4095.0) - 0.706) / 0.001_721);
-        wire::Environment { die_c, supply_v: None, watchdog_hz: None, debugger: false }
+        wire::Environment { die_c, supply_v: None, watchdog_hz: None, debugger: false, warnings: wire::Warnings::NONE }
     }
 }

@@ -60,6 +60,12 @@ mod protections;
 #[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
 #[cfg(target_os = "none")]
+#[path = "../../firmware-shared/program/requests.rs"]
+mod requests;
+#[cfg(target_os = "none")]
+#[path = "../../firmware-shared/program/rtt.rs"]
+mod rtt;
+#[cfg(target_os = "none")]
 mod sampling;
 #[cfg(target_os = "none")]
 mod serial;

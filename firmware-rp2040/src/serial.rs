@@ -20,13 +20,10 @@ use embassy_sync::pipe::Pipe;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::{Builder, Config, UsbDevice};
 use heapless::Vec;
-use heapless::spsc::Producer;
-use joint_loop::tuning::Request;
 use static_cell::{ConstStaticCell, StaticCell};
-use wire::{MAX_FRAME_BYTES, Record, RequestError, Unframer, decode_request, frame_record};
+use wire::{MAX_FRAME_BYTES, Record, Unframer, frame_record};
 
-/// Requests between telemetry and the loop, which takes one in a tick.
-pub(crate) const REQUESTS_QUEUED: usize = 8;
+use crate::requests::Requests;
 
 /// Number for devices that are not sold (<https://pid.codes/1209/0001/>). Who sells boards needs one of his own.
 const VENDOR: u16 = 0x1209;
@@ -65,13 +62,12 @@ pub(crate) struct Port {
     /// The frame of the boot record.
     boot: Vec<u8, MAX_FRAME_BYTES>,
     unframer: Unframer,
-    requests: Producer<'static, Request>,
-    counts: wire::Port,
+    pub(crate) requests: Requests,
 }
 
 /// Makes the device and its tasks. The host sees it when the tasks run.
 #[inline(never)]
-pub(crate) fn start(usb: Peri<'static, USB>, requests: Producer<'static, Request>) -> (Port, Tasks) {
+pub(crate) fn start(usb: Peri<'static, USB>, requests: Requests) -> (Port, Tasks) {
     static CONFIGURATION: ConstStaticCell<[u8; 128]> = ConstStaticCell::new([0; 128]);
     static CAPABILITIES: ConstStaticCell<[u8; 32]> = ConstStaticCell::new([0; 32]);
     static CONTROL: ConstStaticCell<[u8; PACKET]> = ConstStaticCell::new([0; PACKET]);
@@ -92,14 +88,7 @@ pub(crate) fn start(usb: Peri<'static, USB>, requests: Producer<'static, Request
     );
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
     let (sender, receiver, control) = class.split_with_control();
-    let port = Port {
-        control,
-        is_open: false,
-        boot: Vec::new(),
-        unframer: Unframer::default(),
-        requests,
-        counts: wire::Port::default(),
-    };
+    let port = Port { control, is_open: false, boot: Vec::new(), unframer: Unframer::default(), requests };
     (port, Tasks { device: builder.build(), sender, receiver })
 }
 
@@ -163,7 +152,14 @@ impl Port {
         let frame = frame_record(record, &mut buffer).unwrap_or_default();
         if is_boot {
             self.boot = Vec::from_slice(frame).unwrap_or_default();
-        } else if frame.is_empty() || !put(frame) {
+        } else {
+            self.send_frame(frame);
+        }
+    }
+
+    /// The same for a record's frame, but that of the boot.
+    pub(crate) fn send_frame(&mut self, frame: &[u8]) {
+        if self.is_open && (frame.is_empty() || !put(frame)) {
             self.drop_records(1);
         }
     }
@@ -171,13 +167,9 @@ impl Port {
     /// Counts records that are not sent.
     pub(crate) fn drop_records(&mut self, records: u32) {
         if self.is_open {
-            self.counts.not_sent = self.counts.not_sent.wrapping_add(records);
+            let counts = &mut self.requests.counts;
+            counts.not_sent = counts.not_sent.wrapping_add(records);
         }
-    }
-
-    /// The counters.
-    pub(crate) const fn counts(&self) -> wire::Port {
-        self.counts
     }
 
     /// Begins with the boot record when a program opens the port.
@@ -188,7 +180,8 @@ impl Port {
             self.unframer = Unframer::default();
             // The zero ends what may be left in the chip of the program before.
             if !(put(&[0]) && put(&self.boot)) {
-                self.counts.not_sent = self.counts.not_sent.wrapping_add(1);
+                let counts = &mut self.requests.counts;
+                counts.not_sent = counts.not_sent.wrapping_add(1);
             }
         }
         self.is_open = is_open;
@@ -200,20 +193,8 @@ impl Port {
         for _ in 0..IN.capacity() / PACKET {
             let Ok(length) = IN.try_read(&mut bytes) else { return };
             for byte in bytes.iter().take(length) {
-                self.take(*byte);
+                self.requests.take(&mut self.unframer, *byte);
             }
         }
-    }
-
-    fn take(&mut self, byte: u8) {
-        let Some(payload) = self.unframer.push(byte) else { return };
-        let counts = &mut self.counts;
-        let counter = match payload.map_or(Err(RequestError::Malformed), decode_request) {
-            Ok(request) if self.requests.enqueue(request).is_ok() => &mut counts.requests,
-            Ok(_) => &mut counts.too_many,
-            Err(RequestError::Version { .. }) => &mut counts.other_version,
-            Err(_) => &mut counts.malformed,
-        };
-        *counter = counter.wrapping_add(1);
     }
 }

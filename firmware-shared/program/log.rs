@@ -1,10 +1,6 @@
-//! The log: binary records for host tools, and lines for people who have probe-rs alone.
+//! The log: lines for people, by `defmt`, in the first channel of [`crate::rtt`]. Programs read the records beside them.
 //!
-//! A record of the crate `wire` is one message without a level, `wire {=[u8]:02x}`; `probe-rs run ... | grep -v wire` leaves the lines for
-//! people. No program reads those lines. Time stamps come from the free-running timer, so they continue when the control task stops.
-//!
-//! The log is written without waiting: a message that does not fit into the ring is dropped whole. [`wire::Frame::seq`] and
-//! [`wire::Inputs::first_tick`] show the gap.
+//! Time stamps come from the free-running timer, so they continue when the control task stops.
 
 use core::fmt::Display;
 
@@ -18,6 +14,7 @@ use crate::clocks;
 use crate::faults::LastRun;
 use crate::parameters::Loaded;
 use crate::program;
+use crate::rtt;
 use crate::variant::{SEAL_REQUIRED, SENSOR_REQUIRED, SHADOW};
 
 /// Reports the boot, and returns its record; `loaded` is `None` if the parameters were refused, which is reported next.
@@ -91,13 +88,10 @@ pub(crate) fn refusal(refused: &Refused) {
     send(&Record::Refused(refused.clone()));
 }
 
-/// Sends a record.
+/// Sends a record to the debug probe.
 #[inline(never)]
 pub(crate) fn send(record: &Record) {
-    let mut buffer = [0; wire::MAX_BYTES];
-    if let Some(bytes) = wire::encode(record, &mut buffer) {
-        lines::wire(bytes);
-    }
+    rtt::send(wire::frame_record(record, &mut [0; wire::MAX_FRAME_BYTES]).unwrap_or_default());
 }
 
 pub(crate) use lines::{
@@ -108,9 +102,9 @@ pub(crate) use lines::{
 #[cfg(target_os = "none")]
 mod lines {
     use defmt::{Format, Formatter};
-    use defmt_rtt as _;
     use firmware_shared::liveness::Part;
     use firmware_shared::post_mortem::Cause;
+    use firmware_shared::status_line;
     use joint_loop::SensorCounts;
     use joint_loop::tuning::Answer;
     use wire::{Boot, BrownOut, Change, Frame, LastOutputs, RecordId, Refused, Warnings};
@@ -118,11 +112,7 @@ mod lines {
     use crate::clocks::BROWN_OUT_HELP;
     use crate::faults::LastRun;
 
-    defmt::timestamp!("{=u64:us}", crate::stopwatch::log_us());
-
-    pub(super) fn wire(bytes: &[u8]) {
-        defmt::println!("wire {=[u8]:02x}", bytes);
-    }
+    defmt::timestamp!("{=u64:ms}", crate::stopwatch::log_us() / 1000);
 
     pub(super) fn boot(boot: &Boot) {
         defmt::info!(
@@ -260,44 +250,9 @@ mod lines {
         defmt::info!("request {=u16}: {=str} at tick {=u32}", answer.number, answer.outcome.name(), answer.tick);
     }
 
-    /// Angles and pulses, twice a second.
-    pub(crate) fn status(frame: &Frame) {
-        let [lh, rh, lk, rk] = frame.setpoints_rad.map(whole_degrees);
-        let [lh_us, rh_us, lk_us, rk_us] = frame.pulses_us;
-        defmt::println!(
-            "{=str}:{} hips {=i32} {=i32} knees {=i32} {=i32} deg, pulses {=u16} {=u16} {=u16} {=u16} us",
-            frame.state.name(),
-            Sensors(frame),
-            lh,
-            rh,
-            lk,
-            rk,
-            lh_us,
-            rh_us,
-            lk_us,
-            rk_us
-        );
-    }
-
-    struct Sensors<'a>(&'a Frame);
-
-    impl Format for Sensors<'_> {
-        fn format(&self, to: Formatter<'_>) {
-            for sensor in self.0.sensors.iter().flatten() {
-                defmt::write!(
-                    to,
-                    " sensor {=i32} deg {=str},",
-                    whole_degrees(sensor.angle_rad),
-                    sensor.validity.name()
-                );
-            }
-        }
-    }
-
-    fn whole_degrees(radians: f32) -> i32 {
-        let degrees = joint_units::Radians(radians).degrees();
-        // The cast rounds towards zero.
-        (degrees + if degrees < 0.0 { -0.5 } else { 0.5 }) as i32
+    /// State, angles and supply, ten times a second.
+    pub(crate) fn status(frame: &Frame, supply_v: Option<f32>) {
+        defmt::println!("{=str}", status_line::of(frame, supply_v).as_str());
     }
 }
 
@@ -311,7 +266,6 @@ mod lines {
 
     use crate::faults::LastRun;
 
-    pub(super) fn wire(_bytes: &[u8]) {}
     pub(super) fn boot(_boot: &Boot) {}
     pub(super) fn crash(_last: &LastRun) {}
     pub(super) fn last_outputs(_last: &LastOutputs) {}
@@ -324,5 +278,5 @@ mod lines {
     pub(crate) fn sensor_changed(_channel: u32, _counts: &SensorCounts, _ms: u32) {}
     pub(crate) fn answered(_answer: &Answer) {}
     pub(crate) fn state(_change: &Change) {}
-    pub(crate) fn status(_frame: &Frame) {}
+    pub(crate) fn status(_frame: &Frame, _supply_v: Option<f32>) {}
 }

@@ -12,6 +12,7 @@
 //! - [`pacing`]: which control period a sample belongs to, how many were missed.
 //! - [`post_mortem`]: crash records in RAM for the next boot, and the lock-out of arming after repeated crashes.
 //! - [`pulse_check`]: a second look at the pulses, after the loop.
+//! - [`status_line`]: state, angles and supply in a line of the log.
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
 
@@ -23,3 +24,4 @@ pub mod oscillator;
 pub mod pacing;
 pub mod post_mortem;
 pub mod pulse_check;
+pub mod status_line;

@@ -61,6 +61,7 @@ impl Environment {
             supply_v: supply.map(|supply| supply.0),
             watchdog_hz: None,
             debugger: false,
+            warnings: wire::Warnings::NONE,
         }
     }
 }

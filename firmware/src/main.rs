@@ -42,6 +42,10 @@ mod pins;
 mod program;
 #[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
+#[path = "../../firmware-shared/program/requests.rs"]
+mod requests;
+#[path = "../../firmware-shared/program/rtt.rs"]
+mod rtt;
 mod sampling;
 mod serial;
 mod servo_pwm;
@@ -80,13 +84,14 @@ mod boot {
     use joint_loop::{Cause, Conditions, Frame, SENSORS, Sample, SupervisorState};
     use joint_units::{AdcCode, PulseMicros};
     use static_cell::{ConstStaticCell, StaticCell};
-    use wire::{Boot, Change, Edge, Inputs, Record, Subject};
+    use wire::{Boot, Change, Edge, Inputs, Record, Subject, Unframer};
 
     use crate::environment::Environment;
     use crate::faults::LastRun;
     use crate::pins::PinRegisters;
     use crate::program::ProgramCheck;
-    use crate::serial::{self, REQUESTS_QUEUED};
+    use crate::requests::{REQUESTS_QUEUED, Requests};
+    use crate::serial;
     use crate::servo_pwm::{self, Outputs};
     use crate::tasks::control::{
         self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FIRST_RECORD, FRAMES_QUEUED, RECORDS_QUEUED,
@@ -223,11 +228,12 @@ mod boot {
             servo_pwm::start_frames();
         });
 
-        let mut port = serial::start(requests_in);
+        let mut port = serial::start(Requests::new(requests_in));
         let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
         port.send(&Record::Boot(boot));
         TELEMETRY.init(Telemetry {
             port,
+            probe: Unframer::default(),
             records: records_out,
             answers: answers_out,
             settings: settings_out,
@@ -244,6 +250,7 @@ mod boot {
             environment,
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
+            supply_v: None,
             truncated: 0,
             program: ProgramCheck::new(),
             warnings,

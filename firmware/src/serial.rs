@@ -19,15 +19,11 @@ use embassy_stm32::pac::dma::vals::{Dir, Pl};
 use embassy_stm32::pac::usart::regs::Brr;
 use embassy_stm32::pac::{DMA1, RCC, USART2};
 use firmware::board::BOARD;
-use heapless::spsc::Producer;
-use joint_loop::tuning::Request;
-use wire::{MAX_FRAME_BYTES, Record, RequestError, Unframer, decode_request, frame_record};
+use wire::{MAX_FRAME_BYTES, Record, Unframer, frame_record};
 
 use crate::clocks;
 use crate::pins::PinRegisters;
-
-/// Requests between telemetry and the loop, which takes one in a tick.
-pub(crate) const REQUESTS_QUEUED: usize = 8;
+use crate::requests::Requests;
 
 /// Bits a microsecond. 42 MHz / 42 or 50 MHz / 50: exact.
 const MEGABAUD: u16 = 1;
@@ -81,12 +77,11 @@ pub(crate) struct Port {
     /// Place of the next received byte.
     taken: usize,
     unframer: Unframer,
-    requests: Producer<'static, Request>,
-    counts: wire::Port,
+    pub(crate) requests: Requests,
 }
 
 /// Starts the port.
-pub(crate) fn start(requests: Producer<'static, Request>) -> Port {
+pub(crate) fn start(requests: Requests) -> Port {
     RCC.apb1enr().modify(|w| w.set_usart2en(true));
     RCC.ahb1enr().modify(|w| w.set_dma1en(true));
     clocks::settle();
@@ -106,15 +101,7 @@ pub(crate) fn start(requests: Producer<'static, Request>) -> Port {
         w.set_te(true);
         w.set_re(true);
     });
-    Port {
-        written: 0,
-        sent: 0,
-        under_way: 0,
-        taken: 0,
-        unframer: Unframer::default(),
-        requests,
-        counts: wire::Port::default(),
-    }
+    Port { written: 0, sent: 0, under_way: 0, taken: 0, unframer: Unframer::default(), requests }
 }
 
 fn begin_receiving() {
@@ -148,27 +135,27 @@ impl Port {
     /// Puts a record into the ring, or counts that there was no space.
     #[inline(never)]
     pub(crate) fn send(&mut self, record: &Record) {
-        let mut buffer = [0; MAX_FRAME_BYTES];
+        self.send_frame(frame_record(record, &mut [0; MAX_FRAME_BYTES]).unwrap_or_default());
+    }
+
+    /// The same for a record's frame.
+    #[inline(never)]
+    pub(crate) fn send_frame(&mut self, frame: &[u8]) {
         let free = OUT - self.written.wrapping_sub(self.sent);
-        match frame_record(record, &mut buffer) {
-            Some(frame) if frame.len() <= free => {
-                for byte in frame {
-                    SENT.write(self.written, *byte);
-                    self.written = self.written.wrapping_add(1);
-                }
-            }
-            _ => self.drop_records(1),
+        if frame.is_empty() || frame.len() > free {
+            self.drop_records(1);
+            return;
+        }
+        for byte in frame {
+            SENT.write(self.written, *byte);
+            self.written = self.written.wrapping_add(1);
         }
     }
 
     /// Counts records that are not sent.
     pub(crate) fn drop_records(&mut self, records: u32) {
-        self.counts.not_sent = self.counts.not_sent.wrapping_add(records);
-    }
-
-    /// The counters.
-    pub(crate) const fn counts(&self) -> wire::Port {
-        self.counts
+        let counts = &mut self.requests.counts;
+        counts.not_sent = counts.not_sent.wrapping_add(records);
     }
 
     /// Hands DMA the next bytes if it has none.
@@ -218,15 +205,7 @@ impl Port {
         while self.taken != end % IN {
             let byte = RECEIVED.read(self.taken);
             self.taken = (self.taken + 1) % IN;
-            let Some(payload) = self.unframer.push(byte) else { continue };
-            let counts = &mut self.counts;
-            let counter = match payload.map_or(Err(RequestError::Malformed), decode_request) {
-                Ok(request) if self.requests.enqueue(request).is_ok() => &mut counts.requests,
-                Ok(_) => &mut counts.too_many,
-                Err(RequestError::Version { .. }) => &mut counts.other_version,
-                Err(_) => &mut counts.malformed,
-            };
-            *counter = counter.wrapping_add(1);
+            self.requests.take(&mut self.unframer, byte);
         }
     }
 }

@@ -12,6 +12,7 @@ mod board_flags;
 mod board_sectors;
 mod book;
 mod bootsel;
+mod bringup;
 mod campaign;
 mod dfu;
 mod dist;
@@ -72,6 +73,8 @@ enum Task {
     Watch(live::Options),
     /// Record every tick of a connected board: the same ways, with -o FILE
     Record(live::Options),
+    /// Measure a connected board step by step, and write what was found with its limits
+    Bringup(bringup::Options),
     /// Show, read, tune or erase the parameter records of a connected board
     Board {
         #[command(subcommand)]
@@ -131,6 +134,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::RunImage(options) => run_image::run_image(&options),
         Task::Watch(options) => live::live(&options, live::Use::Watch),
         Task::Record(options) => live::live(&options, live::Use::Record),
+        Task::Bringup(options) => bringup::bringup(&options),
         Task::Board { action } => board_sectors::board(&action),
         Task::Build { board, variant } => {
             let mut workspace = Workspace::open()?;

@@ -4,7 +4,7 @@
 //!  interrupt executor                                   thread executor
 //!  (above everything that logs)
 //!
-//!  DMA interrupt --> control (sample, tick, pulses) --> queues ---> telemetry --> RTT
+//!  DMA interrupt --> control (sample, tick, pulses) --> queues ---> telemetry --> RTT, port
 //!                       |                                               |
 //!                       +---------------- progress --------------------+-------> watchdog --> IWDG
 //! ```

@@ -6,13 +6,17 @@ use heapless::spsc::Consumer;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Answer, Settings};
 use joint_loop::{Conditions, Debugger, Frame, SENSORS, Sample, SupervisorState, WatchdogHz};
-use wire::{Answered, BrownOut, Call, Change, Cost, Edge, Inputs, Record, Refused, Subject, Warnings};
+use wire::{
+    Answered, BrownOut, Call, Change, Cost, Edge, Inputs, MAX_FRAME_BYTES, Record, Refused, Subject, Unframer,
+    Warnings, frame_record,
+};
 
 use super::control::{dropped, take_not_sent, take_worst};
 use super::progress::TELEMETRY;
 use crate::environment::Environment;
 use crate::log;
 use crate::program::ProgramCheck;
+use crate::rtt;
 use crate::serial::Port;
 use crate::servo_pwm;
 use crate::stack;
@@ -22,12 +26,14 @@ use crate::{debugger, watchdog_clock};
 const ROUND_US: u32 = 2_000;
 const _: () = assert!(2 * ROUND_US < FEED_US, "the watchdog task must see a round each time");
 const ROUNDS_A_SECOND: u32 = 1_000_000 / ROUND_US;
-/// Frames from one line for people to the next: half a second.
-pub(crate) const FRAMES_A_LINE: u8 = 50;
+/// Frames from one line for people to the next: 100 ms.
+pub(crate) const FRAMES_A_LINE: u8 = 10;
 
 /// State of the telemetry task.
 pub(crate) struct Telemetry {
     pub(crate) port: Port,
+    /// Finds the requests in what a debug probe writes.
+    pub(crate) probe: Unframer,
     /// Frames for the serial port.
     pub(crate) records: Consumer<'static, Frame<SENSORS>>,
     pub(crate) answers: Consumer<'static, Answer>,
@@ -54,6 +60,8 @@ pub(crate) struct Telemetry {
     pub(crate) rounds: u32,
     /// Frames until the next line for people.
     pub(crate) frames_to_line: u8,
+    /// Mean supply of the last second, V.
+    pub(crate) supply_v: Option<f32>,
     /// Pulses that were cut short, as of the last report.
     pub(crate) truncated: u32,
     pub(crate) program: ProgramCheck,
@@ -136,11 +144,14 @@ fn telemetry_step(telemetry: &mut Telemetry) {
             warnings: telemetry.warnings_now(),
             ..telemetry.environment.take()
         };
+        telemetry.supply_v = environment.supply_v;
         telemetry.send(&Record::Environment(environment));
         telemetry.port.drop_records(take_not_sent());
-        let counts = telemetry.port.counts();
+        let counts = telemetry.port.requests.counts;
         telemetry.send(&Record::Port(counts));
     }
+    let Telemetry { port, probe, .. } = telemetry;
+    rtt::receive(|byte| port.requests.take(probe, byte));
     telemetry.port.receive();
     telemetry.port.pump();
     TELEMETRY.count();
@@ -152,10 +163,12 @@ impl Telemetry {
         self.warnings.with(Warnings::CATCHES.when(debugger::catches()))
     }
 
-    /// Sends a record to the log and to the serial port.
+    /// Sends a record to the debug probe and to the serial port.
     fn send(&mut self, record: &Record) {
-        log::send(record);
-        self.port.send(record);
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        let frame = frame_record(record, &mut buffer).unwrap_or_default();
+        rtt::send(frame);
+        self.port.send_frame(frame);
     }
 
     /// Checks a piece of the program in flash, and reports in words why the board does not arm with it.
@@ -231,7 +244,7 @@ impl Telemetry {
         self.frames_to_line -= 1;
         if self.frames_to_line == 0 {
             self.frames_to_line = FRAMES_A_LINE;
-            log::status(&frame);
+            log::status(&frame, self.supply_v);
         }
         log::send(&Record::Frame(frame));
     }

@@ -4,9 +4,9 @@ pub mod examples;
 
 #[cfg(feature = "analysis")]
 use crate::command::{
-    basin, bifurcation, calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error,
-    hexapod, man, merge, obb, pack, phase_response, replay, reproduce, sample, save, smer, sync, tongue, trim, volts,
-    walk,
+    basin, bifurcation, bringup, calibrate, certify, check, completions, convert, defaults, entrain, figures, fit,
+    gait_error, hexapod, man, merge, obb, pack, phase_response, replay, reproduce, sample, save, smer, sync, tongue,
+    trim, volts, walk,
 };
 use crate::command::{record, set, watch};
 use crate::failure::Failure;
@@ -99,6 +99,8 @@ enum Analysis {
     Calibrate(Box<calibrate::Options>),
     /// Find the servo map of a joint on the robot: move the servo slowly, say which angles the joint has
     Trim(trim::Options),
+    /// Measure a board step by step with a jumper wire, and write what was found with its limits: pulses, codes, clocks, resets, stops
+    Bringup(bringup::Options),
     /// Fit another recorder's clock to the board's, from the edges of the synchronisation output or of a line that both recorded
     Sync(sync::Options),
     /// Run the control loop with the inputs of a capture, and compare every tick with it, bit for bit
@@ -197,6 +199,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Merge(options) => merge::run(&options),
         Analysis::Calibrate(options) => calibrate::run(*options),
         Analysis::Trim(options) => trim::run(&options, &*interrupt::flag()?),
+        Analysis::Bringup(options) => bringup::run(&options, &*interrupt::flag()?),
         Analysis::Replay(options) => replay::run(&options),
         Analysis::Pack(options) => pack::run(&options),
         Analysis::Save(options) => save::run(&options, &*interrupt::flag()?),

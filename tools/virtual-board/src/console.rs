@@ -7,6 +7,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use anyhow::{Context as _, Result};
 
+use crate::plant::Wire;
+
 /// A command of the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ConsoleCommand {
@@ -22,6 +24,10 @@ pub(crate) enum ConsoleCommand {
     Reset,
     /// `power`: switch the power off and on.
     Power,
+    /// `wire PE9=PC6`: replace all jumper wires by these; `wire` alone removes them.
+    Wire(Vec<Wire>),
+    /// `inject "reset-button", for_ms = 50`: an event of a fault script, now.
+    Inject(String),
     /// `quit`, SIGINT or SIGTERM: end the run with its summary.
     Quit,
     /// Any other line.
@@ -39,7 +45,14 @@ impl ConsoleCommand {
             "reset" => ConsoleCommand::Reset,
             "power" => ConsoleCommand::Power,
             "quit" => ConsoleCommand::Quit,
-            other => ConsoleCommand::Unknown(other.to_owned()),
+            other => match other.split_once(' ').unwrap_or((other, "")) {
+                ("wire", wires) => match wires.split_whitespace().map(str::parse).collect() {
+                    Ok(wires) => ConsoleCommand::Wire(wires),
+                    Err(_) => ConsoleCommand::Unknown(other.to_owned()),
+                },
+                ("inject", event) => ConsoleCommand::Inject(event.to_owned()),
+                _ => ConsoleCommand::Unknown(other.to_owned()),
+            },
         })
     }
 }
@@ -114,6 +127,11 @@ mod tests {
         assert_eq!(ConsoleCommand::parse("power"), Some(ConsoleCommand::Power));
         assert_eq!(ConsoleCommand::parse("quit"), Some(ConsoleCommand::Quit));
         assert_eq!(ConsoleCommand::parse(""), None);
+        let [from, to] = ["PE9", "PC6"].map(|name| name.parse().unwrap());
+        assert_eq!(ConsoleCommand::parse("wire PE9=PC6"), Some(ConsoleCommand::Wire(vec![Wire { from, to }])));
+        assert_eq!(ConsoleCommand::parse("wire"), Some(ConsoleCommand::Wire(vec![])));
+        assert_eq!(ConsoleCommand::parse("wire PE9"), Some(ConsoleCommand::Unknown("wire PE9".into())));
+        assert_eq!(ConsoleCommand::parse("inject \"halt\""), Some(ConsoleCommand::Inject("\"halt\"".into())));
         assert_eq!(ConsoleCommand::parse("jump"), Some(ConsoleCommand::Unknown("jump".into())));
     }
 }

@@ -31,6 +31,7 @@ mod random;
 mod recorder;
 mod report;
 mod rtt;
+mod rtt_server;
 mod run;
 mod script;
 mod scs;
@@ -62,7 +63,7 @@ use crate::judge::Joint;
 use crate::loader::ProgramImage;
 use crate::lockstep::Requests;
 use crate::modelled_board::ModelledBoard;
-use crate::plant::{BoardPlant, ButtonPress, EMERGENCY_STOP};
+use crate::plant::{BoardPlant, ButtonPress, EMERGENCY_STOP, Wire};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, FlashDownload, Plan, RunOptions};
@@ -71,8 +72,8 @@ use crate::serial::SerialPort;
 use crate::servos::Servos;
 use crate::tables::{LevelTable, VoltageTable};
 
-/// Runs an ELF for the STM32F407 or the STM32F411 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, reset, power, quit from
-/// standard input.
+/// Runs an ELF for the STM32F407 or the STM32F411 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, reset, power,
+/// wire, inject, quit from standard input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
@@ -114,6 +115,10 @@ struct Cli {
     /// Drive an input pin, for example PC6=edges.csv: CSV with the header time_s,level, one edge per row; low before the first
     #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     edges: Vec<(Pin, PathBuf)>,
+    /// A jumper wire from a pin that the chip drives to an input, digital or of the converter, for example PE9=PC6. The command `wire` on standard input
+    /// moves it
+    #[arg(long, value_name = "PIN=PIN", conflicts_with = "campaign")]
+    wire: Vec<Wire>,
     /// Make a function hang from a time on, s
     #[arg(long, value_name = "SYMBOL@T")]
     hang: Vec<SymbolAt>,
@@ -208,6 +213,12 @@ struct Cli {
     /// The attached debugger reads nothing from RTT
     #[arg(long)]
     no_drain: bool,
+    /// Milliseconds from one read of RTT to the next: 100 are those of a debugger that looks ten times a second
+    #[arg(long, value_name = "MS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    rtt_every: u64,
+    /// Serve RTT channel 1 at an address, as a debug probe's program does; port 0 is any free one, and a line of the output names it
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "campaign")]
+    rtt_server: Option<std::net::SocketAddr>,
     /// Cycles per instruction, 0.1 to 100
     #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
@@ -483,6 +494,8 @@ fn run(cli: &Cli) -> Result<u8> {
         stop_on_lint: cli.stop_on_lint,
         semihosting: cli.self_test_exit.is_some(),
         rtt_mode: cli.rtt_mode,
+        rtt_every: cli.rtt_every,
+        rtt_server: cli.rtt_server,
         drain: !cli.no_drain,
         debugger: cli.debugger,
         probe: cli.probe,
@@ -507,7 +520,8 @@ fn run(cli: &Cli) -> Result<u8> {
     };
     let injections = collect_injections(cli, &image)?;
     let script = cli.script.as_deref().map(Script::read).transpose()?;
-    let mut plant = BoardPlant::new(wiring, volts, cli.press.clone(), lines);
+    let mut plant = BoardPlant::new(wiring, volts, cli.press.clone(), lines).supplied(vdda);
+    plant.wire(cli.wire.clone());
     cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
     if let Some(path) = &cli.campaign {
@@ -610,6 +624,8 @@ mod tests {
             (&["fw.elf", "--level", "PB12"], "PB12=1"),
             (&["fw.elf", "--level", "PB12=2"], "PB12=1"),
             (&["fw.elf", "--level", "PX1=1"], "is not the name of a pin"),
+            (&["fw.elf", "--wire", "PE9"], "PE9=PC6"),
+            (&["fw.elf", "--wire", "PE9=PX6"], "is not the name of a pin"),
             (&["fw.elf", "--edges", "PC6"], "PIN=FILE"),
             (&["fw.elf", "--edges", "PX1=a.csv"], "is not the name of a pin"),
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),

@@ -1,7 +1,8 @@
 //! Signals at the pins: voltages from a recording, the user button, digital inputs, and the measurement of the outputs.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::str::FromStr;
 
 use stm32f4_model::{AdcChannel, Pin, Plant};
 
@@ -49,6 +50,26 @@ impl From<Press> for ButtonPress {
     }
 }
 
+/// A jumper wire: the level of a pin that the chip drives, at another pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Wire {
+    /// The pin that the chip drives.
+    pub(crate) from: Pin,
+    /// The input at the other end.
+    pub(crate) to: Pin,
+}
+
+impl FromStr for Wire {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("`{text}` is not PIN=PIN, an output and an input, for example PE9=PC6");
+        let (from, to) = text.split_once('=').ok_or_else(expected)?;
+        let pin = |name: &str| name.parse::<Pin>().map_err(|error| format!("{error}"));
+        Ok(Self { from: pin(from)?, to: pin(to)? })
+    }
+}
+
 /// Signals at the pins of the board.
 #[derive(Debug, Default)]
 pub(crate) struct BoardPlant {
@@ -71,6 +92,13 @@ pub(crate) struct BoardPlant {
     sampled_s: f64,
     /// What a program outside gives.
     feed: Feed,
+    /// Supply while nothing else gives one, V: the level of an output that is high.
+    supply: f64,
+    /// Wires from outputs to inputs, and the pins that the chip drives high.
+    wires: Vec<Wire>,
+    high: BTreeSet<Pin>,
+    /// Time of the last edge at the driven end of a wire, s.
+    wire_edge_s: f64,
     /// Measurement of the output pins.
     pub(crate) pulses: Pulses,
 }
@@ -97,6 +125,11 @@ impl BoardPlant {
                     || self.presses.iter().any(|press| press.is_on(seconds))
             }
         }
+    }
+
+    /// Sets the supply while nothing else gives one, V.
+    pub(crate) fn supplied(self, supply: f64) -> Self {
+        Self { supply, ..self }
     }
 
     /// Adds a press of the emergency stop.
@@ -152,6 +185,17 @@ impl BoardPlant {
         self.lines.contains_key(&pin)
     }
 
+    /// Replaces all wires.
+    pub(crate) fn wire(&mut self, wires: Vec<Wire>) {
+        self.wires = wires;
+        self.changed.set(true);
+    }
+
+    /// Level that a wire brings to a pin; `None` without a wire.
+    fn wired(&self, pin: Pin) -> Option<bool> {
+        self.wires.iter().find(|wire| wire.to == pin).map(|wire| self.high.contains(&wire.from))
+    }
+
     /// Ends the waveform of an input.
     pub(crate) fn release(&mut self, pin: Pin) {
         self.waves.remove(&pin);
@@ -181,6 +225,9 @@ impl BoardPlant {
 
     /// Level at an input, s.
     pub(crate) fn level(&self, pin: Pin, seconds: f64) -> bool {
+        if let Some(level) = self.wired(pin) {
+            return level;
+        }
         if let Some(wave) = self.waves.get(&pin) {
             return wave.at(seconds);
         }
@@ -209,6 +256,9 @@ impl BoardPlant {
 
 impl Plant for BoardPlant {
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
+        if let Some(level) = channel.pin().and_then(|pin| self.wired(pin)) {
+            return if level { self.vdda(seconds).unwrap_or(self.supply) } else { 0.0 };
+        }
         let given =
             |pin| self.feed.volts(VoltageColumn::Pin(pin), seconds).unwrap_or_else(|| self.volts.at(pin, seconds));
         let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| given(pin));
@@ -237,6 +287,14 @@ impl Plant for BoardPlant {
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
         self.pulses.edge(pin, level, seconds);
+        if level {
+            self.high.insert(pin);
+        } else {
+            self.high.remove(&pin);
+        }
+        if self.wires.iter().any(|wire| wire.from == pin) {
+            self.wire_edge_s = seconds;
+        }
     }
 
     fn next_pin_change(&self, seconds: f64) -> Option<f64> {
@@ -246,7 +304,7 @@ impl Plant for BoardPlant {
         let presses = self.presses.iter().chain(&self.stops).flat_map(|press| [press.at, press.at + press.hold]);
         let edges = self.lines.values().filter_map(|line| line.next_edge(seconds));
         let waves = self.waves.values().filter_map(|wave| wave.next_edge(seconds));
-        let given = self.feed.edges_after(seconds);
+        let given = self.feed.edges_after(seconds).chain([self.wire_edge_s]);
         Some(presses.chain(edges).chain(waves).chain(given).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
     }
 }
@@ -393,6 +451,27 @@ mod tests {
         );
         assert!(plant.input_level(pin, 0.0));
         assert!(!plant.input_level("PB13".parse().unwrap(), 0.0));
+    }
+
+    #[test]
+    fn a_wire_brings_the_level_of_an_output_to_an_input() {
+        let [from, to, analogue] = ["PE9", "PC6", "PA1"].map(|name| name.parse().unwrap());
+        let mut plant = BoardPlant::default().supplied(3.0);
+        plant.record_edge(from, true, 0.5);
+        plant.input_level(BUTTON, 0.5);
+        assert!(!plant.input_level(to, 0.5));
+        plant.wire(vec![Wire { from, to }, Wire { from, to: analogue }]);
+        assert_eq!(plant.next_pin_change(0.6), Some(0.6), "the chip must sample at once");
+        plant.input_level(BUTTON, 0.6);
+        assert!(plant.input_level(to, 0.6));
+        let channel = AdcChannel { adc: 1, channel: 1 };
+        assert_eq!(plant.volts(channel, 0.6), 3.0);
+        plant.hold_supply(Some(2.9));
+        assert_eq!(plant.volts(channel, 0.6), 2.9);
+        plant.record_edge(from, false, 0.7);
+        assert_eq!(plant.next_pin_change(0.6), Some(0.7), "at the moment of the edge");
+        assert_eq!((plant.input_level(to, 0.7), plant.volts(channel, 0.7)), (false, 0.0));
+        assert_eq!(plant.next_pin_change(0.7), Some(f64::INFINITY));
     }
 
     #[test]

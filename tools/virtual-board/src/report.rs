@@ -63,10 +63,17 @@ pub(crate) enum ReportLine {
         /// `power_on`, `iwdg`, `software` or `pin`.
         cause: String,
     },
-    /// Bytes of RTT up channel 0, hexadecimal.
+    /// The address of a server for RTT channel 1.
+    RttServer {
+        /// `HOST:PORT`.
+        address: String,
+    },
+    /// Bytes of an RTT up channel, hexadecimal.
     Rtt {
         /// Time at which they were read.
         t_s: f64,
+        /// Number of the channel.
+        channel: u8,
         /// The bytes.
         hex: String,
     },

@@ -41,6 +41,7 @@ use crate::probe::{ProbeServer, vector_catch};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
+use crate::rtt_server::RttServer;
 use crate::script::Watcher;
 use crate::serial::SerialPort;
 use crate::servos::Servos;
@@ -76,6 +77,10 @@ pub(crate) struct RunOptions {
     pub(crate) rtt_mode: Option<u32>,
     /// Read the bytes of RTT.
     pub(crate) drain: bool,
+    /// Milliseconds from one read to the next.
+    pub(crate) rtt_every: u64,
+    /// Where RTT channel 1 is served.
+    pub(crate) rtt_server: Option<SocketAddr>,
     /// A debugger is attached.
     pub(crate) debugger: bool,
     /// Address at which clients find the board as a debug probe.
@@ -120,6 +125,7 @@ pub(crate) struct BoardRun<'a, W: Write> {
     /// Virtual time beside real time.
     pace: Pace,
     rtt: Option<Rtt>,
+    rtt_server: Option<RttServer>,
     recorder: SignalRecorder,
     /// The conversation with a program that steps the board.
     lockstep: Option<Lockstep>,
@@ -145,8 +151,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     has_several_faults: bool,
     /// What the board says of itself, which the cases of a campaign compare.
     reports: Reports,
-    /// The log since the last boot, as hex; `None`: not kept.
-    log: Option<String>,
+    /// The log for people and the records since the last boot, as hex; `None`: not kept.
+    log: Option<[String; 2]>,
     idle: IdleState,
     periods: u64,
     reported_lints: [usize; 2],
@@ -167,7 +173,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
     /// A run of `image` at power-on.
     ///
     /// # Errors
-    /// The emulator cannot be set up.
+    /// The emulator cannot be set up, or the server of RTT.
     #[expect(clippy::too_many_arguments, reason = "the parts of a run, each used once")]
     pub(crate) fn new(
         image: &'a ProgramImage,
@@ -186,6 +192,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let symbol = if options.probe.is_some() { None } else { image.symbol("_SEGGER_RTT") };
         let rtt =
             symbol.map(|address| Rtt { address, mode: options.rtt_mode, reading: RttReading::new(options.drain) });
+        let rtt_server = options.rtt_server.map(RttServer::open).transpose()?;
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         let chip = image.board.config().chip;
         let mut cpu = UnicornCpu::new(chip, &image.flash, board, options.stale_flags)?;
@@ -205,6 +212,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             console,
             serial,
             rtt,
+            rtt_server,
             recorder,
             lockstep: None,
             saved: Vec::new(),
@@ -264,6 +272,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         }
         if let Some(probe) = &self.probe {
             self.report.line(&ReportLine::Probe { address: probe.address.to_string() });
+            self.report.flush();
+        }
+        if let Some(RttServer { address, .. }) = &self.rtt_server {
+            self.report.line(&ReportLine::RttServer { address: address.to_string() });
             self.report.flush();
         }
         self.boot(ResetCause::PowerOn);
@@ -563,7 +575,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         }
         self.cpu.reset(sp, pc);
         self.trace(Event::Boot);
-        self.log.iter_mut().for_each(String::clear);
+        self.log.iter_mut().flatten().for_each(String::clear);
         self.reports.boot();
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
         self.note_boot();

@@ -505,7 +505,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 26] = [
+const IMAGE_TESTS: [&str; 27] = [
     "virtual_board",
     "fits",
     "board_black_pill",
@@ -513,6 +513,7 @@ const IMAGE_TESTS: [&str; 26] = [
     "board_lockstep",
     "board_serial",
     "board_trim",
+    "bringup",
     "board_pulses",
     "board_servos",
     "board_conditions",

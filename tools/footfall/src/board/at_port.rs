@@ -1,14 +1,13 @@
-//! A board at its serial port, for a command that asks it something: requests out, records in, and words for what is wrong.
+//! A board that takes requests, at its serial port or through a debug probe, for a command that asks it something: requests out, records in, and
+//! words for what is wrong.
 
 use joint_loop::SupervisorState;
 use joint_loop::tuning::Request;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use wire::{Record, Settings};
 
-use crate::board::serial::Port;
-use crate::board::source::Origin;
+use crate::board::source::{Opened, Origin};
 use crate::board::transport::{Heard, Transport};
 use crate::failure::Failure;
 use crate::file::capture::rtt::Came;
@@ -30,22 +29,24 @@ pub struct Reported {
 /// The board, and what a signal sets that asks the command to end.
 pub struct AtPort<'a> {
     origin: Origin,
-    port: Port,
-    transport: Transport<'static>,
-    last_byte: Instant,
+    opened: Opened,
+    transport: Transport,
+    last_record: Instant,
     interrupt: &'a AtomicBool,
 }
 
 impl<'a> AtPort<'a> {
-    /// Opens a port, for requests too.
+    /// Opens a port or a server, for requests too.
     ///
     /// # Errors
-    /// There is no such port, or it may not be opened.
-    pub fn open(path: &Path, interrupt: &'a AtomicBool) -> Result<Self, Failure> {
-        let origin = Origin::Serial(path.into());
-        let port =
-            Port::open(path, true).map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
-        Ok(Self { origin, port, transport: Transport::serial(), last_byte: Instant::now(), interrupt })
+    /// There is no such port or server, it may not be opened, or it takes no requests.
+    pub fn open(origin: Origin, interrupt: &'a AtomicBool) -> Result<Self, Failure> {
+        let opened =
+            origin.open(true).map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
+        if matches!(origin, Origin::Rtt(_)) && !opened.takes_requests() {
+            return Err(Failure::input(format!("{origin}: takes no requests; allowed is a server, tcp:HOST:PORT")));
+        }
+        Ok(Self { origin, opened, transport: Transport::default(), last_record: Instant::now(), interrupt })
     }
 
     /// Sends a request.
@@ -54,7 +55,7 @@ impl<'a> AtPort<'a> {
     /// The port does not take it.
     pub fn send(&mut self, request: &Request) -> Result<(), Failure> {
         let origin = &self.origin;
-        self.port.send(request).map_err(|error| Failure::run(format!("{origin}: does not take the request: {error}")))
+        self.opened.send(request).map_err(|error| Failure::run(format!("{origin}: does not take the request: {error}")))
     }
 
     /// Listens for a moment, and passes on the records that come.
@@ -66,18 +67,19 @@ impl<'a> AtPort<'a> {
         if self.interrupt.load(Ordering::Relaxed) {
             return Err(Failure::run("asked to end before it was done; nothing is written"));
         }
-        let bytes = match self.port.next_within(MOMENT) {
+        if self.last_record.elapsed() > PATIENCE {
+            return Err(Failure::run(format!("{origin}: the board is silent; {}", origin.to_check())));
+        }
+        let bytes = match self.opened.next(MOMENT) {
             Came::Bytes(bytes) => bytes,
-            Came::Nothing if self.last_byte.elapsed() < PATIENCE => return Ok(()),
-            Came::Nothing => {
-                return Err(Failure::run(format!("{origin}: the board is silent; {}", origin.to_check())));
-            }
+            Came::Nothing => return Ok(()),
             Came::End => return Err(Failure::run(format!("{origin}: the port was closed"))),
             Came::Broken(error) => return Err(Failure::run(format!("{origin}: the port failed: {error}"))),
         };
-        self.last_byte = Instant::now();
+        let last_record = &mut self.last_record;
         let pushed = self.transport.push(&bytes, |heard| {
             if let Heard::Record(record) = heard {
+                *last_record = Instant::now();
                 each(record);
             }
         });

@@ -4,6 +4,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+/// The RTT up channel with the log for people.
+pub const TEXT: u8 = 0;
+
+/// The RTT up channel with the records.
+pub const RECORDS: u8 = 1;
+
 /// A line.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BoardLine {
@@ -23,6 +29,8 @@ pub enum BoardLine {
     Rtt {
         /// Virtual time, s.
         t_s: f64,
+        /// Its RTT up channel.
+        channel: u8,
         /// The bytes.
         bytes: Vec<u8>,
     },
@@ -142,6 +150,7 @@ struct Fields {
     t_s: Option<f64>,
     elf_sha256: Option<String>,
     cause: Option<String>,
+    channel: Option<u8>,
     hex: Option<String>,
     us: Option<[Option<f64>; 4]>,
 }
@@ -160,7 +169,7 @@ pub fn parse(line: &str) -> Result<BoardLine, LineError> {
         "boot" => BoardLine::Boot { t_s: time()?, cause: fields.cause.clone().ok_or_else(|| lacks("cause"))? },
         "rtt" => {
             let bytes = fields.hex.as_deref().and_then(bytes_of_hex).ok_or_else(|| lacks("hex"))?;
-            BoardLine::Rtt { t_s: time()?, bytes }
+            BoardLine::Rtt { t_s: time()?, channel: fields.channel.ok_or_else(|| lacks("channel"))?, bytes }
         }
         "pulses" => BoardLine::Pulses { t_s: time()?, us: fields.us.ok_or_else(|| lacks("us"))? },
         "status" => BoardLine::Status { t_s: time()? },
@@ -197,8 +206,8 @@ mod tests {
             BoardLine::Boot { t_s: 0.25, cause: "iwdg".into() }
         );
         assert_eq!(
-            line(r#"{"type":"rtt","t_s":0.001,"hex":"00fF1a"}"#),
-            BoardLine::Rtt { t_s: 0.001, bytes: vec![0, 255, 26] }
+            line(r#"{"type":"rtt","t_s":0.001,"channel":1,"hex":"00fF1a"}"#),
+            BoardLine::Rtt { t_s: 0.001, channel: 1, bytes: vec![0, 255, 26] }
         );
         assert_eq!(
             line(r#"{"type":"pulses","t_s":1.5,"us":[1500.0,null,1056.5,2]}"#),
@@ -230,9 +239,10 @@ mod tests {
             ("", "EOF"),
             ("thread panicked", "expected"),
             ("{}", "missing field `type`"),
-            (r#"{"type":"rtt","t_s":1,"hex":"0"}"#, "needs `hex`"),
-            (r#"{"type":"rtt","t_s":1,"hex":"zz"}"#, "needs `hex`"),
-            (r#"{"type":"rtt","hex":"00"}"#, "needs `t_s`"),
+            (r#"{"type":"rtt","t_s":1,"channel":0,"hex":"0"}"#, "needs `hex`"),
+            (r#"{"type":"rtt","t_s":1,"channel":0,"hex":"zz"}"#, "needs `hex`"),
+            (r#"{"type":"rtt","channel":0,"hex":"00"}"#, "needs `t_s`"),
+            (r#"{"type":"rtt","t_s":1,"hex":"00"}"#, "needs `channel`"),
             (r#"{"type":"end","t_s":1}"#, "missing field `reason`"),
             (r#"{"type":"pulses","t_s":1,"us":[1,2]}"#, "invalid length"),
         ] {

@@ -15,5 +15,4 @@ pub mod run;
 pub mod run_result;
 pub mod serial;
 pub mod source;
-pub mod telemetry;
 pub mod transport;

@@ -1,7 +1,8 @@
 //! Follows a run of a board: decodes its lines to events, compares them with the host's copy of the loop, and counts.
 //!
 //! ```text
-//! board line --> bytes of the log --[image]--> text --[telemetry]--> frame, inputs --[replay]--> equal or not
+//! board line --> RTT channel 0 --[image]--> text
+//!            --> RTT channel 1 --> frame, inputs --[replay]--> equal or not
 //! ```
 //! A frame is an event at once, for live views. It is a [`Row`] as soon as the inputs of its tick have arrived: with the converter's
 //! codes, and compared with the host's copy of the loop.
@@ -9,14 +10,14 @@
 use crate::board::counters::Counters;
 use crate::board::host_copy::loop_of;
 use crate::board::image::{Decoder, Image};
-use crate::board::lines::{BoardLine, End};
+use crate::board::lines::{BoardLine, End, RECORDS};
 use crate::board::replay::{Difference, Gap, Replay, differences};
-use crate::board::telemetry::{RecordError, record_in};
+use crate::board::serial::{LinkError, Records};
 use joint_loop::SENSORS;
 use joint_loop::setup::default_loop::Parameters;
 use joint_units::AdcCode;
 use std::collections::VecDeque;
-use wire::{Boot, Conditions, Cost, Edge, Environment, Frame, Inputs, Record, Subject};
+use wire::{Boot, Conditions, Cost, DecodeError, Edge, Environment, Frame, Inputs, Record, Subject};
 
 /// Calls of the loop between two frames.
 pub const CALLS_A_FRAME: u32 = wire::CALLS as u32;
@@ -47,7 +48,7 @@ pub enum RunError {
     FirstFrame,
     /// A record of the log cannot be read.
     #[error(transparent)]
-    Record(#[from] RecordError),
+    Record(#[from] DecodeError),
 }
 
 /// An event of a run.
@@ -125,6 +126,7 @@ pub struct Row {
 /// A run of a board.
 pub struct BoardRun<'t> {
     decoder: Decoder<'t>,
+    records: Records,
     sha256: &'t str,
     parameters: Parameters,
     counters: Counters,
@@ -143,6 +145,7 @@ impl<'t> BoardRun<'t> {
     pub fn new(image: &'t Image, parameters: Parameters) -> Self {
         Self {
             decoder: image.decoder(),
+            records: Records::default(),
             sha256: &image.sha256,
             parameters,
             counters: Counters::default(),
@@ -176,7 +179,8 @@ impl<'t> BoardRun<'t> {
                 self.restart(t_s, &mut events);
                 events.push(Event::Booted { t_s, cause });
             }
-            BoardLine::Rtt { t_s, bytes } => self.log(t_s, &bytes, &mut events)?,
+            BoardLine::Rtt { t_s, channel: RECORDS, bytes } => self.records(t_s, &bytes, &mut events)?,
+            BoardLine::Rtt { t_s, bytes, .. } => self.log(t_s, &bytes, &mut events)?,
             BoardLine::Pulses { t_s, us } => events.push(Event::Pulses { t_s, us }),
             BoardLine::Status { t_s } => events.push(Event::Status { t_s }),
             BoardLine::Remark { kind, text, .. } => events.push(Event::Remark { kind, text }),
@@ -198,6 +202,7 @@ impl<'t> BoardRun<'t> {
     fn restart(&mut self, t_s: f64, events: &mut Vec<Event>) {
         self.settle_all(events);
         self.decoder.restart();
+        self.records = Records::default();
         self.counters.restart(t_s);
         self.began_s = t_s;
         self.replay = None;
@@ -215,14 +220,26 @@ impl<'t> BoardRun<'t> {
                 continue;
             };
             self.in_step = true;
-            let Some(record) = record_in(&message.text) else {
-                // Lines without a level repeat a record as text.
-                if !message.level.is_empty() {
-                    events.push(Event::Log { t_s, level: message.level, text: message.text });
+            // Lines without a level repeat a frame as text.
+            if !message.level.is_empty() {
+                events.push(Event::Log { t_s, level: message.level, text: message.text });
+            }
+        }
+        Ok(())
+    }
+
+    fn records(&mut self, t_s: f64, bytes: &[u8], events: &mut Vec<Event>) -> Result<(), RunError> {
+        for byte in bytes {
+            let record = match self.records.push(*byte) {
+                None => continue,
+                Some(Err(LinkError::Frame(_))) => {
+                    self.counters.malformed += 1;
+                    continue;
                 }
-                continue;
+                Some(Err(LinkError::Record(error))) => return Err(error.into()),
+                Some(Ok(record)) => record,
             };
-            match record? {
+            match record {
                 Record::Boot(boot) => {
                     self.counters.shadow = boot.shadow;
                     self.begin_replay(&boot);

@@ -28,7 +28,7 @@ pub enum LinkError {
     Record(#[from] DecodeError),
 }
 
-/// Finds the records in bytes of the port.
+/// Finds the records in frames: in bytes of the port, or of RTT channel 1.
 #[derive(Debug, Default)]
 pub struct Records {
     unframer: Unframer,
@@ -37,24 +37,25 @@ pub struct Records {
 }
 
 impl Records {
-    /// The records in these bytes, after those before.
-    pub fn push(&mut self, bytes: &[u8]) -> Vec<Result<Record, LinkError>> {
-        let mut found = Vec::new();
-        for byte in bytes {
-            let Some(payload) = self.unframer.push(*byte) else { continue };
-            let record = payload.map_err(LinkError::from).and_then(|payload| Ok(decode_framed(payload)?));
-            if self.in_step || record.is_ok() || is_other_version(&record) {
-                found.push(record);
-            }
-            self.in_step = true;
-        }
-        found
+    /// Takes the next byte; at the end of a frame, its record.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Record, LinkError>> {
+        let payload = self.unframer.push(byte)?;
+        let record = payload.map_err(LinkError::from).and_then(|payload| Ok(decode_framed(payload)?));
+        let was_in_step = std::mem::replace(&mut self.in_step, true);
+        (was_in_step || record.is_ok() || is_other_version(&record)).then_some(record)
     }
 }
 
 /// Whether the board's image was built with another version of the records.
 fn is_other_version(record: &Result<Record, LinkError>) -> bool {
     matches!(record, Err(LinkError::Record(DecodeError::Version { .. })))
+}
+
+/// The bytes of a request, as a board takes them. The zero in front ends whatever the board has received before.
+#[must_use]
+pub fn sent(request: &Request) -> Vec<u8> {
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    [&[0], frame_request(request, &mut buffer).unwrap_or_default()].concat()
 }
 
 /// An open port.
@@ -91,21 +92,18 @@ impl Port {
     /// # Errors
     /// The port does not take it.
     pub fn send(&mut self, request: &Request) -> io::Result<()> {
-        let mut buffer = [0; MAX_FRAME_BYTES];
-        let frame = frame_request(request, &mut buffer).unwrap_or_default();
-        // The zero in front ends whatever the board has received before.
-        self.file.write_all(&[&[0], frame].concat())
+        self.file.write_all(&sent(request))
     }
 
     /// Waits at most until then for bytes.
     #[must_use]
-    pub fn next(&self, until: Instant) -> Came {
+    pub fn next(&mut self, until: Instant) -> Came {
         self.received.next(until.saturating_duration_since(Instant::now()))
     }
 
     /// The same with a time limit.
     #[must_use]
-    pub fn next_within(&self, patience: Duration) -> Came {
+    pub fn next_within(&mut self, patience: Duration) -> Came {
         self.received.next(patience)
     }
 }
@@ -177,7 +175,7 @@ mod tests {
         let mut near = File::from(near);
         let _far = File::open(&path).unwrap();
         for round in 0..20 {
-            let port = Port::open(path.as_ref(), true).unwrap();
+            let mut port = Port::open(path.as_ref(), true).unwrap();
             near.write_all(&[round]).unwrap();
             let Came::Bytes(bytes) = port.next_within(Duration::from_secs(5)) else { panic!("round {round}") };
             assert_eq!(bytes, [round]);
@@ -194,7 +192,8 @@ mod tests {
         }
         let length = bytes.len() / 5;
         for start in 0..length {
-            let found = Records::default().push(&bytes[start..]);
+            let mut records = Records::default();
+            let found: Vec<_> = bytes[start..].iter().filter_map(|byte| records.push(*byte)).collect();
             let first = u32::from(start > 0);
             assert_eq!(found, (first..5).map(|tick| Ok(record(tick))).collect::<Vec<_>>(), "{start}");
         }
@@ -202,8 +201,9 @@ mod tests {
         for bit in 0..8 * (length - 1) {
             let mut damaged = bytes.clone();
             damaged[length + bit / 8] ^= 1 << (bit % 8);
+            let mut records = Records::default();
             let (found, reported): (Vec<_>, Vec<_>) =
-                Records::default().push(&damaged).into_iter().partition(Result::is_ok);
+                damaged.iter().filter_map(|byte| records.push(*byte)).partition(Result::is_ok);
             assert_eq!(found, [0, 2, 3, 4].map(|tick| Ok(record(tick))), "bit {bit}");
             assert!(!reported.is_empty(), "bit {bit}");
         }

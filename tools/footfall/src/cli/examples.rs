@@ -291,6 +291,19 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         ],
     ),
     (
+        "bringup",
+        &[
+            (
+                "A board with a label, step by step (`cargo xtask bringup` reads the number of its chip):",
+                "footfall bringup --serial /dev/ttyACM0 --chip-id label-7",
+            ),
+            (
+                "Its clock against that of this computer for ten minutes, into a file of another name:",
+                "footfall bringup --serial /dev/ttyACM0 --chip-id label-7 --clock-secs 600 -o label-7.toml",
+            ),
+        ],
+    ),
+    (
         "sync",
         &[
             (

@@ -32,10 +32,12 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 use crate::file::calibration_file;
 use crate::messages;
+use crate::options::at::At;
 use crate::options::overwrite::Overwrite;
 use crate::options::value::number;
 use crate::output;
 use fit::Settings;
+use guide::CodeSource;
 use result::{Calibrated, Identity, calibrate};
 use rows::{Reading, Scale};
 
@@ -100,12 +102,14 @@ pub struct Options {
     #[arg(long)]
     pub json: bool,
     /// Ask for one angle after the other and take live codes
-    #[arg(long, requires = "codes")]
+    #[arg(long)]
     pub guide: bool,
-    /// With --guide, where the live codes come from: a file, a pipe, or - for standard input; lines of `CODE` or
-    /// `CODE VREFINT`, or the board's log
+    /// With --guide, where the live codes come from, in lines of `CODE` or `CODE VREFINT`: a file, a pipe, or - for standard input
     #[arg(long, value_name = "FILE", requires = "guide")]
     pub codes: Option<PathBuf>,
+    /// With --guide, a board whose first sensor's codes are taken
+    #[command(flatten)]
+    pub at: At,
     /// With --guide, the angles to ask for, in this order
     #[arg(long, value_name = "DEG,...", requires = "guide", value_delimiter = ',', allow_hyphen_values = true, default_values_t = guide::ANGLES_DEG, value_parser = number(-60.0..=170.0, ""))]
     pub angles: Vec<f64>,
@@ -166,7 +170,8 @@ impl Options {
             volts: self.volts_column,
             codes: self.codes_column,
         };
-        let rows = match (self.rows, self.codes) {
+        let codes = self.codes.map(CodeSource::Lines).or(self.at.given().map(CodeSource::Board));
+        let rows = match (self.rows, codes) {
             (Some(path), _) => Source::File(path),
             (None, Some(codes)) => Source::Guide(guide::Settings {
                 codes,
@@ -178,7 +183,9 @@ impl Options {
                     most_sd: self.most_sd_codes,
                 },
             }),
-            (None, None) => return Err(Failure::input("--codes is missing; name the source of the live codes")),
+            (None, None) => {
+                return Err(Failure::input("no live codes; allowed are --codes FILE, --serial PORT and --rtt SOURCE"));
+            }
         };
         let interpolation = match self.interpolation {
             Between::Linear => Interpolation::Linear,
@@ -248,12 +255,15 @@ impl Outputs {
     /// Refuses outputs before any work: a guided calibration takes minutes.
     fn check(&self, rows: &Source) -> Result<(), Failure> {
         let (input, kept) = match rows {
-            Source::File(path) => (path, None),
-            Source::Guide(settings) => (&settings.codes, settings.keep_rows.as_ref()),
+            Source::File(path) => (Some(path), None),
+            Source::Guide(settings) => match &settings.codes {
+                CodeSource::Lines(path) => (Some(path), settings.keep_rows.as_ref()),
+                CodeSource::Board(_) => (None, settings.keep_rows.as_ref()),
+            },
         };
         let files = [Some(&self.toml), self.report.as_ref(), self.svg.as_ref(), kept];
         let files: Vec<&Path> = files.into_iter().flatten().map(PathBuf::as_path).collect();
-        output::check_apart(files.iter().copied(), [input.as_path()])?;
+        output::check_apart(files.iter().copied(), input.iter().map(|path| path.as_path()))?;
         files.into_iter().try_for_each(|file| output::check(file, self.overwrite))
     }
 }

@@ -5,6 +5,8 @@ pub mod basin;
 #[cfg(feature = "analysis")]
 pub mod bifurcation;
 #[cfg(feature = "analysis")]
+pub mod bringup;
+#[cfg(feature = "analysis")]
 pub mod calibrate;
 #[cfg(feature = "analysis")]
 pub mod certify;

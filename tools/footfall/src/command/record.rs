@@ -1,13 +1,13 @@
 //! `footfall record`: records every tick of a board as CSV or MCAP.
 //!
-//! The board is the virtual one, or a real one: through its serial port, or the RTT bytes that a debug probe's program passes on.
+//! The board is the virtual one, or a real one: through its serial port, or RTT channel 1, which a debug probe's program passes on.
 
 use clap::Args;
 use joint_loop::setup::default_loop::Parameters;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::board::image::Image;
 use crate::board::source::{Opened, Origin};
@@ -25,39 +25,35 @@ use crate::virtual_run::run;
 /// Options that a board which runs already cannot be given.
 const OF_THE_VIRTUAL_BOARD: [&str; 7] = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"];
 
+/// Longest wait for a sample, beside the seconds that are asked for, s.
+const PATIENCE_S: f64 = 5.0;
+
 /// Options of `footfall record`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The capture to write: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
-    /// The firmware's ELF file: the one that runs on the board
-    #[arg(long, value_name = "FILE")]
-    pub elf: PathBuf,
+    /// The firmware's ELF file: the one that runs on the board. Of a real board it is only named in FILE.json
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["rtt", "serial"])]
+    pub elf: Option<PathBuf>,
     /// Record the virtual board: its program
-    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "rtt_lines", "serial"])]
+    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "serial"])]
     pub virtual_board: Option<PathBuf>,
-    /// Record a real board: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT. Reset the
-    /// board after the recording has begun: its boot record has the calibration that converts codes to volts
+    /// Record a real board: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD or
+    /// J-Link) or tcp-listen:HOST:PORT (a program that connects). Reset the board after the recording has begun: its boot record has the
+    /// calibration that converts codes to volts
     #[arg(
         long,
         value_name = "SOURCE",
         conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub rtt: Option<Source>,
-    /// The same from the lines that probe-rs prints: `probe-rs attach` decodes the log itself and has no raw bytes to give
-    #[arg(
-        long,
-        value_name = "SOURCE",
-        conflicts_with = "rtt",
-        conflicts_with_all = OF_THE_VIRTUAL_BOARD
-    )]
-    pub rtt_lines: Option<Source>,
     /// Record a real board through its serial port: a device file. As with --rtt, reset the board after the recording has begun
     #[arg(
         long,
         value_name = "PORT",
-        conflicts_with_all = ["rtt", "rtt_lines"],
+        conflicts_with = "rtt",
         conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub serial: Option<PathBuf>,
@@ -71,10 +67,10 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board or a source that cannot be reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { out, elf, virtual_board, rtt, rtt_lines, serial, played } = options;
-    let source = serial.map(Origin::Serial).or(rtt.map(Origin::Log)).or(rtt_lines.map(Origin::Lines));
-    match (source, virtual_board) {
-        (Some(source), _) => {
+    let Options { out, elf, virtual_board, rtt, serial, played } = options;
+    let source = serial.map(Origin::Serial).or(rtt.map(Origin::Rtt));
+    match (source, elf, virtual_board) {
+        (Some(source), elf, _) => {
             let parameters = played.parameters()?;
             let zero_ns = played.zero_ns();
             let Played { generator, secs, json, overwrite, .. } = played;
@@ -83,17 +79,15 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
                 interrupt,
             )
         }
-        (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
-        (None, None) => {
-            Err(Failure::input("nothing to record; allowed is --virtual-board, --rtt, --rtt-lines or --serial"))
-        }
+        (None, Some(elf), Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
+        _ => Err(Failure::input("nothing to record; allowed is --elf with --virtual-board, --rtt or --serial")),
     }
 }
 
 /// A recording of a real board.
 struct RealBoard {
     out: PathBuf,
-    elf: PathBuf,
+    elf: Option<PathBuf>,
     source: Origin,
     parameters: Parameters,
     /// The generator file, if one is in the board's flash.
@@ -107,14 +101,15 @@ struct RealBoard {
 
 fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
     let RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite } = settings;
-    let image = Image::read(elf).map_err(Failure::input)?;
+    let image = elf.as_deref().map(Image::read).transpose().map_err(Failure::input)?;
     capture::check(out, *overwrite)?;
-    let stream = source.open(false).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
-    let about = capture::about(elf, &image, generator.as_deref(), parameters, source.about(*secs));
+    let mut stream =
+        source.open(false).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
+    let about = capture::about(elf.as_deref(), image.as_ref(), generator.as_deref(), parameters, source.about(*secs));
     let cannot_write = |error| output::cannot_write(out, error);
-    let begun = Capture::begin(out, about, source.transport(Some(&image)), parameters.clone(), *zero_ns);
+    let begun = Capture::begin(out, about, image, parameters.clone(), *zero_ns);
     let mut capture = begun.map_err(cannot_write)?;
-    let ended = receive(&mut capture, &stream, source, *secs, interrupt);
+    let ended = receive(&mut capture, &mut stream, source, *secs, interrupt);
     // Even after an error the samples so far are a finished file.
     let ending = json!({ "ended": ended.as_ref().map_or_else(ToString::to_string, ToString::to_string) });
     let counts = capture.finish(&ending).map_err(cannot_write)?;
@@ -126,28 +121,38 @@ fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failur
 }
 
 /// Records until the source ends, enough seconds are recorded, or a signal asks for the end. Gives the reason.
+///
+/// # Errors
+/// The source failed or is not of a board; or so many seconds cannot come any more, because no sample has come for longer.
 fn receive(
-    capture: &mut Capture<'_>,
-    stream: &Opened,
+    capture: &mut Capture,
+    stream: &mut Opened,
     source: &Origin,
     secs: Option<f64>,
     interrupt: &AtomicBool,
 ) -> Result<&'static str, Failure> {
+    let (mut last_sample, mut samples) = (Instant::now(), 0);
     loop {
         if interrupt.load(Ordering::Relaxed) {
             return Ok("asked to end");
         }
-        if secs.is_some_and(|secs| capture.counts().samples as f64 >= secs * 1000.0) {
-            return Ok("enough seconds");
+        let before = std::mem::replace(&mut samples, capture.counts().samples);
+        if samples > before {
+            last_sample = Instant::now();
+        }
+        if let Some(secs) = secs {
+            if samples as f64 >= secs * 1000.0 {
+                return Ok("enough seconds");
+            }
+            if last_sample.elapsed().as_secs_f64() > secs + PATIENCE_S {
+                return Err(Failure::run(format!("{source}: silent; {}", source.to_check())));
+            }
         }
         match stream.next(Duration::from_millis(50)) {
             Came::Bytes(bytes) => capture.bytes(&bytes).map_err(Failure::run)?,
             Came::Nothing => {}
             Came::End => return Ok("the source ended"),
             Came::Broken(error) => return Err(Failure::run(format!("{source}: the connection failed: {error}"))),
-        }
-        for line in capture.messages() {
-            messages::status(format_args!("board: {line}"));
         }
     }
 }

@@ -1,5 +1,5 @@
 //! `footfall save`: writes a generator file in which speed, amplitudes and offsets of a running board are the parameters. They are read back
-//! from the board's serial port, or given.
+//! from the board, or given.
 //!
 //! A board leads an angle a to park + factor (a - park) + offset, and runs its generator in another time. Both are changes of parameters of the
 //! kinds `phase-coupled`, `shape` and `spline`, up to the rounding of a number; the other kinds have no such parameters.
@@ -17,22 +17,23 @@ use crate::board::at_port::{AtPort, Reported};
 use crate::board::requests::{setting, value_in_words};
 use crate::failure::Failure;
 use crate::messages;
+use crate::options::at::At;
 use crate::options::overwrite::Overwrite;
 use crate::options::robot::RobotArgument;
 use crate::output;
 
 /// Options of `footfall save`.
 #[derive(Debug, Clone, Args)]
-#[command(group(ArgGroup::new("settings").required(true).args(["serial", "set"])))]
+#[command(group(ArgGroup::new("settings").required(true).args(["serial", "rtt", "set"])))]
 pub struct Options {
     /// The generator file that the board's record was made from
     #[arg(value_name = "TOML")]
     pub generator: PathBuf,
-    /// Read the settings back from the board at this serial port; its generator must be that of the file
-    #[arg(long, value_name = "PORT")]
-    pub serial: Option<PathBuf>,
+    /// Read the settings back from the board there; its generator must be the one of the file
+    #[command(flatten)]
+    pub at: At,
     /// Refuse a board that is not at rest: its flash is to be written next
-    #[arg(long, requires = "serial")]
+    #[arg(long, conflicts_with = "set")]
     pub at_rest: bool,
     /// A setting that was in effect on the board: speed, an amplitude or an offset; `footfall set --list` lists them. Repeat for more
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
@@ -54,14 +55,14 @@ pub struct Options {
 /// A setting that a generator cannot hold, a generator of another kind, parameters beyond their range, a file that cannot be read or written, a
 /// board that is silent or has another generator.
 pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { generator, serial, at_rest, set, robot, out, overwrite } = options;
+    let Options { generator, at, at_rest, set, robot, out, overwrite } = options;
     let mut file = GeneratorFile::read(generator).map_err(Failure::input)?;
     let robot = robot.read()?.robot;
     output::check(out, *overwrite)?;
-    let settings = match serial {
+    let settings = match at.given() {
         None => settings(set)?,
-        Some(port) => {
-            let reported = AtPort::open(port, interrupt)?.report()?;
+        Some(origin) => {
+            let reported = AtPort::open(origin, interrupt)?.report()?;
             read_back(&reported, generator, &file.set.config(), &robot, *at_rest).map_err(Failure::run)?
         }
     };

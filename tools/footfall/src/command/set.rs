@@ -1,11 +1,10 @@
-//! `footfall set`: changes a parameter of a running board, goes back, stops it, or shows its settings, through its serial port.
+//! `footfall set`: changes a parameter of a running board, goes back, stops it, or shows its settings, through its serial port or a debug probe.
 
 use clap::Args;
 use joint_loop::tuning::{Action, Outcome, Parameter, Request, Thousandths};
 use serde_json::{Map, Value, json};
 use std::collections::VecDeque;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use wire::Record;
@@ -13,14 +12,15 @@ use wire::Record;
 use crate::board::at_port::{AtPort, Reported};
 use crate::board::requests::{ANSWER_WITHIN, EFFECT_WITHIN, Reply, Requests, refusal, setting, value_in_words};
 use crate::failure::Failure;
+use crate::options::at::At;
 use crate::output;
 
 /// Options of `footfall set`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The board's serial port: a device file
-    #[arg(long, value_name = "PORT", required_unless_present = "list")]
-    pub serial: Option<PathBuf>,
+    /// Where the board is
+    #[command(flatten)]
+    pub at: At,
     /// The parameter; --list shows all
     #[arg(value_name = "NAME", requires = "value", required_unless_present_any = ["list", "show", "undo", "stop"])]
     pub name: Option<String>,
@@ -76,8 +76,7 @@ pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
 }
 
 fn open<'a>(options: &Options, interrupt: &'a AtomicBool) -> Result<AtPort<'a>, Failure> {
-    let path = options.serial.as_ref().ok_or_else(|| Failure::input("no port; allowed is --serial PORT"))?;
-    AtPort::open(path, interrupt)
+    AtPort::open(options.at.origin()?, interrupt)
 }
 
 /// The answers of a board.

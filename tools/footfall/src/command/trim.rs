@@ -16,6 +16,7 @@ use std::sync::atomic::AtomicBool;
 use crate::answers::lines;
 use crate::failure::Failure;
 use crate::messages;
+use crate::options::at::At;
 use crate::options::overwrite::Overwrite;
 use crate::options::value::one_of;
 use crate::output;
@@ -28,9 +29,9 @@ pub struct Options {
     /// The joint whose servo is trimmed
     #[arg(value_name = "JOINT", value_parser = one_of(Joint::ALL, Joint::name))]
     pub joint: Joint,
-    /// The board's serial port: a device file
-    #[arg(long, value_name = "PORT")]
-    pub serial: PathBuf,
+    /// Where the board is
+    #[command(flatten)]
+    pub at: At,
     /// The robot file whose record is on the board; `footfall defaults robot` prints that of the default robot
     #[arg(long, value_name = "TOML")]
     pub robot: PathBuf,
@@ -47,12 +48,12 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a port that cannot be opened or is silent, a board that refuses, or measured points that no servo has.
 pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { joint, serial, robot, out, overwrite } = options;
+    let Options { joint, at, robot, out, overwrite } = options;
     let read = RobotFile::read(robot).map_err(Failure::input)?;
     let text =
         std::fs::read_to_string(robot).map_err(|error| Failure::input(format!("{}: {error}", robot.display())))?;
     output::check(out, *overwrite)?;
-    let board = Board::open(serial, interrupt)?;
+    let board = Board::open(at.origin()?, interrupt)?;
     let (answers, is_script) = (lines(BufReader::new(io::stdin())), !io::stdin().is_terminal());
     let points = Session::new(board, *joint, read.robot, answers, is_script, io::stderr()).run()?;
     let map = solution::solve(&points).map_err(Failure::run)?;

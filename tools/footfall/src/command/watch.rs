@@ -1,5 +1,5 @@
 //! `footfall watch`: runs the firmware image on the virtual board, fed with a recorded gait, and shows, records and replays the run; or shows
-//! what a board sends on its serial port or in its log. Either can be sent to other programs while it runs.
+//! what a board sends on its serial port or through a debug probe. Either can be sent to other programs while it runs.
 
 use clap::Args;
 use std::path::PathBuf;
@@ -33,37 +33,29 @@ const OF_THE_VIRTUAL_BOARD: [&str; 11] = [
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The firmware's ELF file: the one that would be flashed, or that was
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["serial", "rtt_lines"])]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["serial", "rtt"])]
     pub elf: Option<PathBuf>,
     /// The virtual board's program
-    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["serial", "rtt", "rtt_lines"])]
+    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["serial", "rtt"])]
     pub virtual_board: Option<PathBuf>,
     /// Watch a board that runs: its serial port, a device file. On a terminal, keys change its parameters. --json prints every frame;
     /// `footfall set` changes their rate
     #[arg(
         long,
         value_name = "PORT",
-        conflicts_with_all = ["elf", "rtt", "rtt_lines"],
+        conflicts_with_all = ["elf", "rtt"],
         conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub serial: Option<PathBuf>,
-    /// Watch a board that runs, with --elf: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT
-    /// (a server of OpenOCD or J-Link)
-    #[arg(
-        long,
-        value_name = "SOURCE",
-        conflicts_with = "rtt_lines",
-        conflicts_with_all = OF_THE_VIRTUAL_BOARD
-    )]
-    pub rtt: Option<Source>,
-    /// The same from the lines that probe-rs prints: `probe-rs attach` decodes the log itself and has no raw bytes to give
+    /// Watch a board that runs: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD
+    /// or J-Link; keys change the board's parameters, as with --serial) or tcp-listen:HOST:PORT (a program that connects)
     #[arg(
         long,
         value_name = "SOURCE",
         conflicts_with = "elf",
         conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
-    pub rtt_lines: Option<Source>,
+    pub rtt: Option<Source>,
     /// Record every tick: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -80,12 +72,12 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { elf, virtual_board, serial, rtt, rtt_lines, record, receivers, played } = options;
-    let origin = serial.map(Origin::Serial).or(rtt.map(Origin::Log)).or(rtt_lines.map(Origin::Lines));
+    let Options { elf, virtual_board, serial, rtt, record, receivers, played } = options;
+    let origin = serial.map(Origin::Serial).or(rtt.map(Origin::Rtt));
     match (origin, elf, virtual_board) {
-        (Some(origin), elf, _) => {
+        (Some(origin), ..) => {
             let show = played.show(if origin.is_stdin() { Keys::Terminal } else { Keys::Stdin });
-            let settings = live_run::run::Settings { origin, elf, secs: played.secs, receivers, show };
+            let settings = live_run::run::Settings { origin, secs: played.secs, receivers, show };
             live_run::run::run(&settings, interrupt)
         }
         (None, Some(elf), Some(board)) => {
@@ -95,9 +87,6 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
             settings.receivers = receivers;
             run::run(&settings, interrupt)
         }
-        _ => {
-            let allowed = "--elf with --virtual-board or --rtt, --serial, or --rtt-lines";
-            Err(Failure::input(format!("nothing to watch; allowed are {allowed}")))
-        }
+        _ => Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, --serial, or --rtt")),
     }
 }

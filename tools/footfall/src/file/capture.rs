@@ -1,7 +1,7 @@
-//! Captures: every tick of a run, from the board's log, as a file for other programs.
+//! Captures: every tick of a run, from the board's records, as a file for other programs.
 //!
 //! ```text
-//! bytes of the log --[image]--> text --[samples]--> samples --[csv_rows | mcap_messages]--> file
+//! bytes of RTT channel 1 or of the serial port --> records --[samples]--> samples --[csv_rows | mcap_messages]--> file
 //! ```
 //! A capture has the measured data: the codes of the converter, and what the sensor chain of the same core crates computes from
 //! them. A lost sample is a missing row, and is counted; nothing is filled in. [`Recorder`] writes the file and, beside it,
@@ -15,7 +15,8 @@ pub mod recorded;
 pub mod rtt;
 pub mod samples;
 
-use crate::board::lines::BoardLine;
+use crate::board::image::Image;
+use crate::board::lines::{BoardLine, RECORDS};
 use crate::board::transport::{Heard, Transport, TransportError};
 use crate::channel::clock::unix_ns;
 use crate::failure::Failure;
@@ -30,6 +31,7 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use wire::Record;
 
 pub use header::{SCHEMA, about};
 
@@ -84,21 +86,21 @@ pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
     text
 }
 
-/// Converts bytes of the log, or of the serial port, to samples.
-pub struct LogReader<'t> {
-    transport: Transport<'t>,
+/// Converts bytes of RTT channel 1, or of the serial port, to samples.
+pub struct LogReader {
+    transport: Transport,
+    /// The image that the board must be running, where it is known: the name of its board is compared.
+    image: Option<Image>,
     sampler: Sampler,
     /// Time of the last reset, if known from outside of the board.
     reset_ns: Option<u64>,
-    /// Warnings and errors of the board, not taken yet.
-    messages: Vec<String>,
 }
 
-impl<'t> LogReader<'t> {
-    /// For what this transport brings of a board that runs with these parameters.
+impl LogReader {
+    /// For a board that runs with these parameters, and this image, if it is known.
     #[must_use]
-    pub fn new(transport: Transport<'t>, parameters: Parameters) -> Self {
-        Self { transport, sampler: Sampler::new(parameters), reset_ns: None, messages: Vec::new() }
+    pub fn new(image: Option<Image>, parameters: Parameters) -> Self {
+        Self { transport: Transport::default(), image, sampler: Sampler::new(parameters), reset_ns: None }
     }
 
     /// The chip left reset; an unfinished frame is discarded.
@@ -110,19 +112,21 @@ impl<'t> LogReader<'t> {
     /// Takes bytes; returns boots, and appends samples to `out`.
     ///
     /// # Errors
-    /// The bytes are not of this image's log.
+    /// The bytes are not of a board, or of another one than the image's.
     pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, TransportError> {
-        let Self { transport, sampler, reset_ns, messages } = self;
-        let mut boots = Vec::new();
+        let Self { transport, image, sampler, reset_ns } = self;
+        let (mut boots, mut other) = (Vec::new(), None);
         transport.push(bytes, |heard| match heard {
-            Heard::Record(record) => boots.extend(sampler.record(record, *reset_ns, out)),
-            Heard::Text { level, text } if matches!(level.as_str(), "warn" | "error") => {
-                messages.push(format!("{level} {text}"));
+            Heard::Record(Record::Boot(boot))
+                if image.as_ref().is_some_and(|image| !image.is_of_board(&boot.board)) =>
+            {
+                other = Some(boot.board.as_str().into());
             }
-            Heard::Text { .. } => {}
+            Heard::Record(_) if other.is_some() => {}
+            Heard::Record(record) => boots.extend(sampler.record(record, *reset_ns, out)),
             Heard::Damaged => sampler.malformed(),
         })?;
-        Ok(boots)
+        other.map_or(Ok(boots), |board| Err(TransportError::OtherBoard { board }))
     }
 
     /// Appends the samples that are still waiting, at the end of the log.
@@ -134,11 +138,6 @@ impl<'t> LogReader<'t> {
     #[must_use]
     pub fn counts(&self) -> &Counts {
         self.sampler.counts()
-    }
-
-    /// Warnings and errors of the board since the last call.
-    pub fn messages(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.messages)
     }
 
     /// Edges at the synchronisation input since the last call.
@@ -314,7 +313,7 @@ pub fn edges_beside(capture: &Path) -> PathBuf {
 /// Why a capture cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// The log is not of this image.
+    /// What comes is not of a board, or of another one.
     #[error(transparent)]
     Log(#[from] TransportError),
     /// The file cannot be written.
@@ -322,27 +321,27 @@ pub enum CaptureError {
     Io(#[from] io::Error),
 }
 
-/// Writes a log to a file.
-pub struct Capture<'t> {
-    log_reader: LogReader<'t>,
+/// Writes what a board sends to a file.
+pub struct Capture {
+    log_reader: LogReader,
     recorder: Recorder,
     samples: Vec<Sample>,
 }
 
-impl<'t> Capture<'t> {
-    /// Begins one of what this transport brings; see [`Recorder::begin`] and [`LogReader::new`].
+impl Capture {
+    /// Begins one; see [`Recorder::begin`] and [`LogReader::new`].
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn begin(
         path: &Path,
         about: Value,
-        transport: Transport<'t>,
+        image: Option<Image>,
         parameters: Parameters,
         zero_ns: Option<u64>,
     ) -> io::Result<Self> {
         let recorder = Recorder::begin(path, &parameters, about, zero_ns)?;
-        Ok(Self { log_reader: LogReader::new(transport, parameters), recorder, samples: Vec::new() })
+        Ok(Self { log_reader: LogReader::new(image, parameters), recorder, samples: Vec::new() })
     }
 
     /// Takes a line of the virtual board.
@@ -355,12 +354,12 @@ impl<'t> Capture<'t> {
                 self.log_reader.reset(*t_s);
                 Ok(())
             }
-            BoardLine::Rtt { bytes, .. } => self.bytes(bytes),
+            BoardLine::Rtt { channel: RECORDS, bytes, .. } => self.bytes(bytes),
             _ => Ok(()),
         }
     }
 
-    /// Takes bytes of the log.
+    /// Takes bytes of RTT channel 1, or of the serial port.
     ///
     /// # Errors
     /// The log makes no sense, or the file cannot be written.
@@ -379,11 +378,6 @@ impl<'t> Capture<'t> {
     #[must_use]
     pub fn counts(&self) -> &Counts {
         self.log_reader.counts()
-    }
-
-    /// Warnings and errors of the board since the last call.
-    pub fn messages(&mut self) -> Vec<String> {
-        self.log_reader.messages()
     }
 
     /// Ends the file; `result` is the result of the run.

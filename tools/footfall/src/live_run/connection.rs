@@ -2,13 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use crate::board::serial::Port;
 use crate::board::source::{Opened, Origin};
 use crate::board::transport::{Heard, Transport};
 use crate::failure::Failure;
 use crate::file::capture::rtt::Came;
 
-/// Time without a byte after which the user is asked to check something. A board sends a record each second at least.
+/// Time without a record after which the user is asked to check something. A board sends a record each second at least.
 const SILENCE: Duration = Duration::from_secs(5);
 
 /// Time from one attempt to open a source again to the next.
@@ -28,10 +27,11 @@ pub(super) enum Received {
 /// A connection.
 pub(super) struct Connection<'a> {
     origin: &'a Origin,
-    transport: Transport<'a>,
+    transport: Transport,
     opened: Option<Opened>,
-    /// The last byte, or the beginning.
+    /// The last byte and the last record, or the beginning.
     last_byte: Instant,
+    last_record: Instant,
     next_attempt: Instant,
     /// Why it is closed.
     why_closed: String,
@@ -41,31 +41,32 @@ pub(super) struct Connection<'a> {
 
 impl<'a> Connection<'a> {
     /// Opens the source; for requests too, where it takes them. With `waits` a port or a server is opened again after its end.
-    pub(super) fn open(origin: &'a Origin, transport: Transport<'a>, waits: bool) -> Result<Self, Failure> {
+    pub(super) fn open(origin: &'a Origin, waits: bool) -> Result<Self, Failure> {
         let opened = opened(origin).map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
         let now = Instant::now();
         Ok(Self {
             origin,
-            transport,
+            transport: Transport::default(),
             opened: Some(opened),
             last_byte: now,
+            last_record: now,
             next_attempt: now,
             why_closed: String::new(),
             waits: waits && origin.comes_back(),
         })
     }
 
-    /// The port, if the board takes requests.
-    pub(super) fn port(&mut self) -> Option<&mut Port> {
-        self.opened.as_mut()?.port()
+    /// The way to the board, if it takes requests.
+    pub(super) fn to_board(&mut self) -> Option<&mut Opened> {
+        self.opened.as_mut().filter(|opened| opened.takes_requests())
     }
 
     /// Waits at most this long for what comes next.
     ///
     /// # Errors
-    /// The bytes are not of this image or version, or the source failed and is not waited for.
+    /// The bytes are not of a board or of another version, or the source failed and is not waited for.
     pub(super) fn next(&mut self, patience: Duration) -> Result<Received, Failure> {
-        let Some(open) = &self.opened else { return Ok(self.retry(patience)) };
+        let Some(open) = &mut self.opened else { return Ok(self.retry(patience)) };
         match open.next(patience) {
             Came::Bytes(bytes) => {
                 self.last_byte = Instant::now();
@@ -73,6 +74,9 @@ impl<'a> Connection<'a> {
                 self.transport
                     .push(&bytes, |heard| all.push(heard))
                     .map_err(|error| Failure::run(format!("{origin}: {error}")))?;
+                if all.iter().any(|heard| matches!(heard, Heard::Record(_))) {
+                    self.last_record = self.last_byte;
+                }
                 Ok(Received::Heard(all))
             }
             Came::Nothing => Ok(Received::Heard(Vec::new())),
@@ -100,6 +104,7 @@ impl<'a> Connection<'a> {
             Ok(opened) => {
                 self.transport.restart();
                 (self.opened, self.last_byte) = (Some(opened), Instant::now());
+                self.last_record = self.last_byte;
                 Received::Again
             }
             Err(error) => self.close(error.to_string()),
@@ -112,13 +117,14 @@ impl<'a> Connection<'a> {
         if self.opened.is_none() {
             return Some(format!("{origin} is closed ({}); tried again every second", self.why_closed));
         }
-        let silent = self.last_byte.elapsed();
-        (silent >= SILENCE).then(|| format!("no byte for {} s; {}", silent.as_secs(), origin.to_check()))
+        let silent = self.last_record.elapsed();
+        let what = if self.last_byte.elapsed() >= SILENCE { "byte" } else { "record" };
+        (silent >= SILENCE).then(|| format!("no {what} for {} s; {}", silent.as_secs(), origin.to_check()))
     }
 
-    /// Seconds without a byte.
+    /// Seconds without a record.
     pub(super) fn silent_s(&self) -> f64 {
-        self.last_byte.elapsed().as_secs_f64()
+        self.last_record.elapsed().as_secs_f64()
     }
 }
 

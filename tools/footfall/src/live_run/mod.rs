@@ -1,4 +1,4 @@
-//! A board that runs by itself, shown live: from its serial port, or from its log at a debug probe.
+//! A board that runs by itself, shown live: from its serial port, or through a debug probe.
 
 mod connection;
 pub mod run;

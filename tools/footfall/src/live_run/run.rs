@@ -3,14 +3,12 @@
 use joint_loop::{RobotConfig, SENSOR_JOINT};
 use serde_json::json;
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use wire::Answered;
 
 use super::connection::{Connection, Received};
 use super::shown::{News, Shown};
-use crate::board::image::Image;
 use crate::board::run::Event;
 use crate::board::source::Origin;
 use crate::failure::Failure;
@@ -34,8 +32,6 @@ const FRAME: Duration = Duration::from_millis(33);
 pub struct Settings {
     /// Where the records come from.
     pub origin: Origin,
-    /// The ELF file that the board runs; raw bytes of a log need it.
-    pub elf: Option<PathBuf>,
     /// Seconds of the board.
     pub secs: Option<f64>,
     /// Where it is sent while it runs.
@@ -47,19 +43,17 @@ pub struct Settings {
 /// Watches the board. `interrupt` is set by a signal that asks for the end.
 ///
 /// # Errors
-/// The source cannot be opened or fails, its bytes are not of this image or version, or no frame came.
+/// The source cannot be opened or fails, its bytes are not of a board or of another version, or no frame came.
 pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Settings { origin, elf, receivers, show, .. } = settings;
-    let image = elf.as_deref().map(Image::read).transpose().map_err(Failure::input)?;
-    let mut connection = Connection::open(origin, origin.transport(image.as_ref()), *show == Show::Screen)?;
-    let has_log = !matches!(origin, Origin::Serial(_));
+    let Settings { origin, receivers, show, .. } = settings;
+    let mut connection = Connection::open(origin, *show == Show::Screen)?;
     // A board that is listened to does not say which robot it has.
     let publisher = Publisher::open(receivers, vec![SENSOR_JOINT], &RobotConfig::default_biped())?;
-    let mut shown = Shown::titled(format!("footfall watch: {origin}"), has_log, publisher);
+    let mut shown = Shown::titled(format!("footfall watch: {origin}"), publisher);
     shown.view.cost_unit = if origin.is_of_a_chip() { CostUnit::Cycles } else { CostUnit::Either };
     let watched = match show {
         Show::Screen => {
-            shown.view.tuning = connection.port().map(|_| Tuning::default());
+            shown.view.tuning = connection.to_board().map(|_| Tuning::default());
             on_screen(settings, &mut connection, &mut shown, interrupt)
         }
         Show::Plain | Show::Json => in_lines(settings, &mut connection, &mut shown, interrupt),
@@ -113,7 +107,7 @@ fn in_lines(
         }
         match (connection.alarm(), alarmed) {
             (Some(alarm), false) => messages::warning(format_args!("{}: {alarm}", settings.origin)),
-            (None, true) => messages::status(format_args!("{}: bytes come again", settings.origin)),
+            (None, true) => messages::status(format_args!("{}: records come again", settings.origin)),
             _ => {}
         }
         alarmed = connection.alarm().is_some();
@@ -238,9 +232,9 @@ fn receive(
 fn tune(connection: &mut Connection<'_>, shown: &mut Shown, key: TuneKey) {
     let Some(tuning) = &mut shown.view.tuning else { return };
     let Some(request) = tuning.press(key, Instant::now()) else { return };
-    match connection.port().map(|port| port.send(&request)) {
+    match connection.to_board().map(|board| board.send(&request)) {
         Some(Ok(())) => {}
         Some(Err(error)) => tuning.not_sent(&error),
-        None => tuning.not_sent(&"the port is closed"),
+        None => tuning.not_sent(&"the connection is closed"),
     }
 }

@@ -21,8 +21,6 @@ pub(super) struct Shown {
     first_s: Option<f64>,
     /// Start of the present boot, s: each boot of the board counts from zero, and time goes on.
     began_s: f64,
-    /// The log has changes and refusals as lines too; a serial port has them as records alone.
-    has_log: bool,
     /// A debugger was attached while the outputs were on, in the last report.
     armed_with_debugger: bool,
     /// What the board warned of in the last report.
@@ -40,7 +38,7 @@ pub(super) enum News {
 }
 
 impl Shown {
-    pub(super) fn titled(title: String, has_log: bool, publisher: Publisher) -> Self {
+    pub(super) fn titled(title: String, publisher: Publisher) -> Self {
         let mut view = View::titled(title, Vec::new());
         view.watched = Watched::Board;
         Self {
@@ -48,7 +46,6 @@ impl Shown {
             counters: Counters::default(),
             first_s: None,
             began_s: 0.0,
-            has_log,
             armed_with_debugger: false,
             warned: Warnings::NONE,
             publisher,
@@ -69,11 +66,6 @@ impl Shown {
     pub(super) fn take(&mut self, heard: Heard) -> Vec<News> {
         let record = match heard {
             Heard::Record(record) => record,
-            // Lines without a level repeat a record as text.
-            Heard::Text { level, text } if !level.is_empty() => {
-                return self.show(Event::Log { t_s: self.view.t_s, level, text });
-            }
-            Heard::Text { .. } => return Vec::new(),
             Heard::Damaged => {
                 self.counters.malformed += 1;
                 self.view.counters.malformed += 1;
@@ -85,9 +77,6 @@ impl Shown {
             Record::Boot(boot) => self.boot(&boot),
             Record::Change(change) => {
                 self.counters.cause = change.cause;
-                if self.has_log {
-                    return Vec::new();
-                }
                 let text = format!("{}, cause {}", change.state.name(), change.cause.name());
                 self.show(Event::Log { t_s: self.view.t_s, level: "info".into(), text })
             }
@@ -100,7 +89,7 @@ impl Shown {
             }
             Record::Conditions(conditions) => self.show(Event::Conditions(conditions)),
             Record::Edge(edge) => self.show(Event::Edge(edge)),
-            Record::Refused(refused) if !self.has_log => {
+            Record::Refused(refused) => {
                 let text = format!("{}: {}", refused.subject.name(), refused.reason);
                 self.show(Event::Remark { kind: "refused".into(), text })
             }
@@ -116,14 +105,14 @@ impl Shown {
                 }
                 Vec::new()
             }
-            Record::Inputs(_) | Record::Port(_) | Record::Refused(_) => Vec::new(),
+            Record::Inputs(_) | Record::Port(_) => Vec::new(),
         }
     }
 
-    /// Reports once that a debugger is attached to a board that is armed. A log has that line of the board.
+    /// Reports once that a debugger is attached to a board that is armed.
     fn debugger(&mut self, is_attached: bool) -> Vec<News> {
         let is_armed = is_attached && self.view.last.is_some_and(|tick| tick.state.moving());
-        if !std::mem::replace(&mut self.armed_with_debugger, is_armed) && is_armed && !self.has_log {
+        if !std::mem::replace(&mut self.armed_with_debugger, is_armed) && is_armed {
             let text = "a debugger is attached while the board is armed: it may halt the core; then the pulses go on until the watchdog resets the board";
             return self.show(Event::Log { t_s: self.view.t_s, level: "warn".into(), text: text.into() });
         }
@@ -207,7 +196,7 @@ mod tests {
 
     #[test]
     fn time_goes_on_after_a_reset_whose_record_was_lost() {
-        let mut shown = Shown::titled("a port".into(), false, Publisher::default());
+        let mut shown = Shown::titled("a port".into(), Publisher::default());
         for tick in [5_000, 5_010, 5_500] {
             assert_eq!(shown.take(frame(tick)).len(), 1);
         }
@@ -216,7 +205,7 @@ mod tests {
         assert!(matches!(&news[0], News::Event(Event::Booted { cause, .. }) if cause.contains("lost")), "{news:?}");
         assert!((shown.view.t_s - 5.51).abs() < 1e-9 && (shown.seconds() - 0.51).abs() < 1e-9);
         // The counter wraps after 49 days: that is no reset.
-        let mut shown = Shown::titled("a port".into(), false, Publisher::default());
+        let mut shown = Shown::titled("a port".into(), Publisher::default());
         shown.take(frame(u32::MAX));
         assert_eq!(shown.take(frame(9)).len(), 1);
     }
@@ -236,26 +225,24 @@ mod tests {
             let frame = Frame { tick, state, ..Frame::from(&typical_loop().unwrap().frame()) };
             Heard::Record(Record::Frame(frame))
         };
-        for has_log in [false, true] {
-            let mut shown = Shown::titled("a board".into(), has_log, Publisher::default());
-            let mut warnings = 0;
-            for (tick, state, attached) in [
-                (1_000, SupervisorState::Disarmed, true),
-                (2_000, SupervisorState::Walking, true),
-                (3_000, SupervisorState::Walking, true),
-                (4_000, SupervisorState::Disarmed, true),
-                (5_000, SupervisorState::Walking, false),
-                (6_000, SupervisorState::Walking, true),
-            ] {
-                shown.take(at(tick, state));
-                let news = shown.take(report(attached));
-                warnings += news
-                    .iter()
-                    .filter(|news| matches!(news, News::Event(Event::Log { level, .. }) if level == "warn"))
-                    .count();
-            }
-            assert_eq!(warnings, if has_log { 0 } else { 2 });
+        let mut shown = Shown::titled("a board".into(), Publisher::default());
+        let mut warnings = 0;
+        for (tick, state, attached) in [
+            (1_000, SupervisorState::Disarmed, true),
+            (2_000, SupervisorState::Walking, true),
+            (3_000, SupervisorState::Walking, true),
+            (4_000, SupervisorState::Disarmed, true),
+            (5_000, SupervisorState::Walking, false),
+            (6_000, SupervisorState::Walking, true),
+        ] {
+            shown.take(at(tick, state));
+            let news = shown.take(report(attached));
+            warnings += news
+                .iter()
+                .filter(|news| matches!(news, News::Event(Event::Log { level, .. }) if level == "warn"))
+                .count();
         }
+        assert_eq!(warnings, 2);
     }
 
     /// Each warning is one line of a boot at a port, and none where the board's own log has it.
@@ -290,11 +277,9 @@ mod tests {
     }
 
     #[test]
-    fn lines_for_people_have_a_level_and_damage_is_counted() {
-        let mut shown = Shown::titled("a log".into(), true, Publisher::default());
-        let text = |level: &str| Heard::Text { level: level.into(), text: "hello".into() };
-        assert!(shown.take(text("")).is_empty() && shown.take(Heard::Damaged).is_empty());
-        assert_eq!(shown.take(text("warn")).len(), 1);
-        assert_eq!((shown.view.log.len(), shown.view.counters.malformed), (1, 1));
+    fn damage_is_counted() {
+        let mut shown = Shown::titled("a log".into(), Publisher::default());
+        assert!(shown.take(Heard::Damaged).is_empty());
+        assert_eq!(shown.view.counters.malformed, 1);
     }
 }

@@ -1,5 +1,6 @@
 //! Option groups and value parsers that several commands share.
 
+pub mod at;
 pub mod board_supply;
 #[cfg(feature = "analysis")]
 pub mod cadence;

@@ -149,5 +149,5 @@ pub(super) fn about(settings: &Settings, prepared: &Prepared) -> Value {
         "presses_s": prepared.presses,
     });
     let file: Option<&Path> = settings.generator.as_deref();
-    capture::about(&settings.elf, &prepared.image, file, &settings.parameters, source)
+    capture::about(Some(&settings.elf), Some(&prepared.image), file, &settings.parameters, source)
 }

@@ -17,7 +17,6 @@ use crate::board::lines::BoardLine;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
 use crate::board::run_result::RunResult;
-use crate::board::transport::Transport;
 use crate::channel::clock::unix_ns;
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
@@ -114,7 +113,7 @@ struct Run<'t> {
     view: View,
     publisher: Publisher,
     /// The capture, from the board's first line on: where the board refuses its input, nothing was written.
-    capture: Option<Capture<'t>>,
+    capture: Option<Capture>,
     settings: &'t Settings,
     prepared: &'t Prepared,
     /// The serial port, if keys of the screen change the board.
@@ -158,8 +157,8 @@ impl<'t> Run<'t> {
             none => {
                 // The board powers on now.
                 let zero_ns = zero_ns.unwrap_or_else(unix_ns);
-                let (about, log) = (about(self.settings, self.prepared), Transport::log(&self.prepared.image));
-                let begun = Capture::begin(path, about, log, parameters.clone(), Some(zero_ns));
+                let about = about(self.settings, self.prepared);
+                let begun = Capture::begin(path, about, None, parameters.clone(), Some(zero_ns));
                 none.insert(begun.map_err(|error| output::cannot_write(path, error))?)
             }
         };

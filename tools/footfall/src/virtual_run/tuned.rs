@@ -16,7 +16,7 @@ use crate::view::tuning::Tuning;
 /// The port, once the board has named it.
 #[derive(Default)]
 pub(super) struct Tuned {
-    open: Option<(Port, Transport<'static>)>,
+    open: Option<(Port, Transport)>,
 }
 
 impl Tuned {
@@ -25,7 +25,7 @@ impl Tuned {
         match event {
             Event::Remark { kind, text } if kind == "serial" => match opened(text) {
                 Ok(port) => {
-                    self.open = Some((port, Transport::serial()));
+                    self.open = Some((port, Transport::default()));
                     let mut tuning = Tuning::default();
                     tuning.booted();
                     view.tuning = Some(tuning);

@@ -104,8 +104,8 @@ struct BootSays<'a> {
     resets: Vec<String>,
     /// What the boot may give as the end of the run.
     allowed: &'a [End],
-    /// The log since the last reset, as hexadecimal digits.
-    log: String,
+    /// The log for people and the records since the last reset, as hexadecimal digits.
+    log: [String; 2],
 }
 
 /// What a sequence led to.
@@ -117,9 +117,9 @@ struct SequenceResult {
     edges: u64,
     /// Causes of the resets.
     resets: Vec<String>,
-    /// The log since the last boot, as hexadecimal digits.
+    /// The log for people and the records since the last boot, as hexadecimal digits.
     #[serde(skip_serializing_if = "Option::is_none")]
-    log: Option<String>,
+    log: Option<[String; 2]>,
 }
 
 /// Several faults, as they were drawn.
@@ -147,7 +147,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.injections.retain(|injection| !injection.is_pending());
         let line = match item {
             Item::Fault(fault, phase) => {
-                self.log = boot_log.then(String::new);
+                self.log = boot_log.then(Default::default);
                 self.one_fault(fault, *phase)
             }
             Item::Sequence(sequence) => self.sequence(sequence),
@@ -274,7 +274,7 @@ impl<W: Write> BoardRun<'_, W> {
     }
 
     /// What the boot after the last reset says; `None`: nobody asked for it.
-    fn log_of_boot(&mut self) -> Result<Option<String>> {
+    fn log_of_boot(&mut self) -> Result<Option<[String; 2]>> {
         if self.log.is_some() {
             let end = self.now_s() + BOOT_S;
             while self.reports.status.is_none() && self.now_s() < end {
@@ -284,7 +284,7 @@ impl<W: Write> BoardRun<'_, W> {
             self.drain_rtt();
             // A board that a fault resets again and again can be between a reset and its first words: those of this boot, or of the next.
             let end = self.now_s() + BOOT_S;
-            while self.log.as_ref().is_some_and(String::is_empty) && self.now_s() < end {
+            while self.log.as_ref().is_some_and(|[_, records]| records.is_empty()) && self.now_s() < end {
                 self.run_until(self.now_s() + PERIODIC_JOB_S)?;
                 self.drain_rtt();
             }
@@ -295,7 +295,7 @@ impl<W: Write> BoardRun<'_, W> {
     fn sequence<'a>(&mut self, sequence: &'a Sequence) -> Result<Line<'a>> {
         let from = self.cpu.machine().seconds();
         let (resets, edges) = (self.resets.len(), self.servo_edges());
-        self.log = sequence.log.then(String::new);
+        self.log = sequence.log.then(Default::default);
         for one in &sequence.injects {
             let kind = InjectionKind::of(&one.what, self.image)?;
             self.injections.push(Injection::new(kind, sequence.name.clone(), from + one.at_s));

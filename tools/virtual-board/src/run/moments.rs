@@ -22,6 +22,17 @@ impl<W: Write> BoardRun<'_, W> {
         Ok(())
     }
 
+    /// Adds an event in the words of a script, without its moment, at a time, s.
+    ///
+    /// # Errors
+    /// It is no event, or the image lacks a function that it names.
+    pub(super) fn inject_now(&mut self, event: &str, seconds: f64) -> Result<()> {
+        let script = Script::parse(&format!("event = [{{ at_s = {seconds:?}, inject = {event} }}]"))?;
+        let (_, due) = Watcher::new(&script, self.image)?;
+        self.inject_later(due);
+        Ok(())
+    }
+
     /// What scripts and options ask for and the run that ends now did not show, in words.
     pub(super) fn missed_events(&self) -> Vec<String> {
         let end = self.now_s();

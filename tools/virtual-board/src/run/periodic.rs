@@ -11,6 +11,7 @@ use crate::inject::{InjectionKind, Moment};
 use crate::plant::{ButtonPress, EMERGENCY_STOP};
 use crate::pulses::TimedOutputChange;
 use crate::report::{self, LintCount, ReportLine, RunSummary};
+use crate::rtt_server;
 
 /// Number of periodic jobs between two status lines: 100 ms.
 const STATUS_EVERY: u64 = 100;
@@ -75,7 +76,10 @@ impl<W: Write> BoardRun<'_, W> {
         self.trace_millisecond();
         self.cpu.machine().check_outputs();
         self.drift(seconds);
-        self.drain_rtt();
+        if self.periods.is_multiple_of(self.options.rtt_every) {
+            self.drain_rtt();
+        }
+        self.exchange_rtt();
         self.exchange_serial()?;
         self.record_signals()?;
         self.report_lints();
@@ -91,10 +95,16 @@ impl<W: Write> BoardRun<'_, W> {
                     soc.pull_reset_pin(true);
                     soc.pull_reset_pin(false);
                 }
+                ConsoleCommand::Wire(wires) => self.cpu.machine().plant.wire(wires),
+                ConsoleCommand::Inject(event) => {
+                    if let Err(error) = self.inject_now(&event, seconds) {
+                        eprintln!("virtual-board: `inject {event}`: {error:#}");
+                    }
+                }
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
                     eprintln!(
-                        "virtual-board: `{line}` is not a command; allowed is press, release, hold, stop, reset, power or quit"
+                        "virtual-board: `{line}` is not a command; allowed is press, release, hold, stop, reset, power, wire PIN=PIN, inject EVENT or quit"
                     )
                 }
             }
@@ -148,14 +158,27 @@ impl<W: Write> BoardRun<'_, W> {
 
     pub(super) fn drain_rtt(&mut self) {
         let Some(rtt) = self.rtt else { return };
-        let bytes = rtt.poll(&mut self.cpu);
-        if !bytes.is_empty() {
+        for (channel, bytes) in rtt.poll(&mut self.cpu) {
             self.rtt_bytes += bytes.len() as u64;
             let hex: String = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xF]).map(hex_digit).collect();
-            if let Some(log) = &mut self.log {
+            if let Some(log) = self.log.as_mut().and_then(|log| log.get_mut(usize::from(channel))) {
                 log.push_str(&hex);
             }
-            self.report.line(&ReportLine::Rtt { t_s: self.now_s(), hex });
+            if let Some(server) = self.rtt_server.as_mut().filter(|_| channel == rtt_server::CHANNEL) {
+                server.send(&bytes);
+            }
+            self.report.line(&ReportLine::Rtt { t_s: self.now_s(), channel, hex });
+        }
+    }
+
+    /// Hands the program what a client of the server has sent.
+    fn exchange_rtt(&mut self) {
+        let (Some(server), Some(rtt)) = (&mut self.rtt_server, self.rtt) else { return };
+        let waiting = server.receive();
+        let taken = rtt.write(&mut self.cpu, rtt_server::CHANNEL.into(), waiting);
+        if taken > 0 {
+            waiting.drain(..taken);
+            self.judge.host_sent();
         }
     }
 

@@ -150,7 +150,11 @@ impl Script {
         Self::parse(&text).with_context(|| format!("{} is no script of faults", path.display()))
     }
 
-    fn parse(text: &str) -> Result<Self> {
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// It is no script: the line, and what is allowed.
+    pub(crate) fn parse(text: &str) -> Result<Self> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct File {

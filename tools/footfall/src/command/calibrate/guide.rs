@@ -1,14 +1,15 @@
 //! A guided calibration: asks the operator for one angle after the other, takes live codes at each, and reports their statistics at once, so
 //! that a bad pose is repeated while the sensor is still in place.
 //!
-//! Live codes are lines of `CODE` or `CODE VREFINT`, or the inputs records of the board's log; other lines of a log are skipped. An empty
+//! Live codes are those of a board's first sensor, or lines of `CODE` or `CODE VREFINT`; other lines of a log are skipped. An empty
 //! answer takes samples at the requested angle, a number takes them at that angle instead, `skip` omits the angle, and `end` ends the
 //! session with the rows so far. Nothing is written before the end, so an aborted session leaves no file.
 
 use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
-use super::samples::{Sample, read_samples, statistics, take};
+use super::samples::{Sample, read_samples, samples_of_board, statistics, take};
 use crate::answers::lines;
+use crate::board::source::Origin;
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
@@ -55,11 +56,20 @@ enum Answer {
     Unclear,
 }
 
+/// Where live codes come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CodeSource {
+    /// Lines of a file, a pipe, or `-` for standard input.
+    Lines(PathBuf),
+    /// A board.
+    Board(Origin),
+}
+
 /// Settings of a guided calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Where the live codes come from: a file, a pipe, or `-` for standard input.
-    pub codes: PathBuf,
+    /// Where the live codes come from.
+    pub codes: CodeSource,
     /// Where the rows are kept.
     pub keep_rows: Option<PathBuf>,
     /// Whether that file may be replaced.
@@ -81,13 +91,21 @@ impl Settings {
 /// # Errors
 /// A source that ends, sends nothing, or sends other text; answers that cannot be read; too few rows for a calibration.
 pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
-    let source = &settings.codes;
-    let from_stdin = source.as_os_str() == "-";
     let cannot = |name: &Path, error: io::Error| Failure::input(format!("{}: cannot be read: {error}", name.display()));
-    let codes: Box<dyn BufRead + Send> = if from_stdin {
-        Box::new(BufReader::new(io::stdin()))
-    } else {
-        Box::new(BufReader::new(File::open(source).map_err(|error| cannot(source, error))?))
+    let (samples, from_stdin, kept) = match &settings.codes {
+        CodeSource::Lines(stdin) if stdin.as_os_str() == "-" => {
+            (read_samples(BufReader::new(io::stdin())), true, false)
+        }
+        CodeSource::Lines(path) => {
+            let file = File::open(path).map_err(|error| cannot(path, error))?;
+            let kept = file.metadata().is_ok_and(|file| file.is_file());
+            (read_samples(BufReader::new(file)), false, kept)
+        }
+        CodeSource::Board(origin) => {
+            let opened = origin.open(false);
+            let board = opened.map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
+            (samples_of_board(board), origin.is_stdin(), false)
+        }
     };
     // If codes come from standard input, answers come from the terminal.
     let terminal = Path::new("/dev/tty");
@@ -96,13 +114,12 @@ pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
     } else {
         Box::new(BufReader::new(io::stdin()))
     };
-    let kept = !from_stdin && std::fs::metadata(source).is_ok_and(|file| file.is_file());
     let how = match (kept, io::stderr().is_terminal()) {
         (true, _) => Codes::Kept,
         (false, false) => Codes::Live,
         (false, true) => Codes::LiveOnScreen,
     };
-    let text = ask(&settings.plan, codes, how, answers, io::stderr())?;
+    let text = ask_with(&settings.plan, &samples, how, answers, io::stderr())?;
     if let Some(path) = &settings.keep_rows {
         output::write_text(path, &text, settings.overwrite)?;
         messages::written(path);
@@ -119,16 +136,26 @@ pub fn ask(
     codes: impl BufRead + Send + 'static,
     how: Codes,
     answers: impl BufRead + Send + 'static,
+    out: impl Write,
+) -> Result<String, Failure> {
+    ask_with(plan, &read_samples(codes), how, answers, out)
+}
+
+fn ask_with(
+    plan: &Plan,
+    samples: &Receiver<Result<Sample, String>>,
+    how: Codes,
+    answers: impl BufRead + Send + 'static,
     mut out: impl Write,
 ) -> Result<String, Failure> {
-    let (samples, answers) = (read_samples(codes), lines(answers));
+    let answers = lines(answers);
     let mut text = String::new();
     let mut with_vrefint = None;
     'angles: for &asked in &plan.angles_deg {
         loop {
             let asks = format!("{asked} degrees: hold, then Enter (or another angle, skip, end)");
             writeln!(out, "{asks}").and_then(|()| out.flush()).map_err(Failure::run)?;
-            let Some(answer) = answer(&answers, &samples, how, &mut out).map_err(Failure::run)? else {
+            let Some(answer) = answer(&answers, samples, how, &mut out).map_err(Failure::run)? else {
                 return Err(Failure::input(format!(
                     "the answers end at {asked} degrees; allowed is `end` to end early"
                 )));
@@ -146,7 +173,7 @@ pub fn ask(
             if how != Codes::Kept {
                 samples.try_iter().for_each(drop);
             }
-            let taken = take(&samples, plan.samples, &mut with_vrefint)?;
+            let taken = take(samples, plan.samples, &mut with_vrefint)?;
             let (mean, sd, drift) = statistics(&taken);
             tell(format!("{angle} degrees: mean {mean:.1}, standard deviation {sd:.2}, drift {drift:+.1} codes"))?;
             if sd > plan.most_sd {
@@ -210,9 +237,8 @@ fn understand(answer: &str, asked: f64) -> Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::telemetry::printed;
     use std::io::Cursor;
-    use wire::{Call, Environment, Inputs, Record, Warnings};
+    use wire::{Call, Environment, Inputs, MAX_FRAME_BYTES, Record, Warnings, frame_record};
 
     fn plan(angles_deg: &[f64]) -> Plan {
         Plan { angles_deg: angles_deg.into(), samples: 4, most_sd: 3.0 }
@@ -242,23 +268,26 @@ mod tests {
     }
 
     #[test]
-    fn the_boards_log_is_taken_as_it_is() {
+    fn the_records_of_a_board_are_taken_as_they_are() {
+        let framed = |record: &Record| frame_record(record, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
         let inputs = |first_tick, codes: [u16; 2]| {
             let call =
                 |code| Call { codes: [code].into_iter().collect(), reference: 1502, elapsed: 1, ..Call::default() };
-            printed(&Record::Inputs(Inputs { first_tick, calls: codes.map(call).into_iter().collect() }))
+            framed(&Record::Inputs(Inputs { first_tick, calls: codes.map(call).into_iter().collect() }))
         };
-        let (one, two) = (inputs(7, [2048, 2049]), inputs(9, [2047, 2046]));
-        let other = printed(&Record::Environment(Environment {
+        let other = framed(&Record::Environment(Environment {
             die_c: None,
             supply_v: None,
             watchdog_hz: None,
             debugger: false,
             warnings: Warnings::NONE,
         }));
-        let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\n{other}\n{two}\n");
-        let (text, _) = guided(&[30.0, 40.0, 50.0], &log, "skip\n\nend\n");
-        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1502\n40,2047,1502\n40,2046,1502\n");
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), [inputs(7, [2048, 2049]), other, inputs(9, [2047, 2046])].concat()).unwrap();
+        let origin = Origin::Rtt(crate::file::capture::rtt::Source::File(file.path().into()));
+        let (samples, answers) = (samples_of_board(origin.open(false).unwrap()), Cursor::new("skip\n\nend\n"));
+        let text = ask_with(&plan(&[30.0, 40.0, 50.0]), &samples, Codes::Kept, answers, io::sink()).unwrap();
+        assert_eq!(text, "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1502\n40,2047,1502\n40,2046,1502\n");
     }
 
     #[test]
@@ -268,8 +297,6 @@ mod tests {
             ("1\n5000\n", "\n", "codes, line 2: `5000`: allowed are"),
             ("1\n1 2 3\n", "\n", "codes, line 2: `1 2 3`"),
             ("1\n1 2\n", "\n", "with and without VREFINT"),
-            ("wire [03, 7]\n", "\n", "codes, line 1: printed record: byte 1 is not two hexadecimal digits"),
-            ("wire [00, 07]\n", "\n", "the board sends records of version 7, this program reads version 9"),
             ("1\n", "", "the answers end at 0 degrees; allowed is `end`"),
         ] {
             let error = guided(&[0.0], codes, answers).0.unwrap_err();

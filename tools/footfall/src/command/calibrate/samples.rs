@@ -1,6 +1,6 @@
 //! Live codes of a sensor and their statistics.
 //!
-//! A line is `CODE`, `CODE VREFINT`, or a line of the board's log as `probe-rs run` prints it, whose inputs records have codes.
+//! They come in the inputs records of a board, or in lines: `CODE` or `CODE VREFINT`.
 
 use std::io::{BufRead, Read as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -9,8 +9,10 @@ use std::time::Duration;
 use joint_units::AdcCode;
 use wire::{Call, Record};
 
-use crate::board::telemetry::record_in;
+use crate::board::source::Opened;
+use crate::board::transport::{Heard, Transport};
 use crate::failure::Failure;
+use crate::file::capture::rtt::Came;
 
 /// Longest wait for a code.
 const TIMEOUT: Duration = Duration::from_secs(5);
@@ -21,14 +23,51 @@ const LONGEST_LINE: u64 = 1 << 16;
 /// One live sample: a code and, if known, the code of the internal reference.
 pub(super) type Sample = (u16, Option<u16>);
 
+/// Samples that wait to be taken, at most.
+const QUEUE: usize = 1 << 16;
+
+/// The codes of a board's first sensor, in a thread of its own, as those of [`read_samples`].
+pub(super) fn samples_of_board(mut board: Opened) -> Receiver<Result<Sample, String>> {
+    let (sender, receiver) = sync_channel(QUEUE);
+    std::thread::spawn(move || {
+        let mut transport = Transport::default();
+        loop {
+            let bytes = match board.next(TIMEOUT) {
+                Came::Bytes(bytes) => bytes,
+                Came::Nothing => continue,
+                Came::End => return,
+                Came::Broken(error) => {
+                    // Without a receiver nobody waits for it.
+                    let _ = sender.send(Err(format!("the board: {error}")));
+                    return;
+                }
+            };
+            let mut samples = Vec::new();
+            let pushed = transport.push(&bytes, |heard| {
+                if let Heard::Record(Record::Inputs(inputs)) = heard {
+                    let sample = |call: &Call| Some((*call.codes.first()?, Some(call.reference)));
+                    samples.extend(inputs.calls.iter().filter_map(sample).map(Ok));
+                }
+            });
+            let failed = pushed.err().map(|error| Err(format!("the board: {error}")));
+            let is_last = failed.is_some();
+            samples.extend(failed);
+            if samples.into_iter().try_for_each(|sample| sender.send(sample)).is_err() || is_last {
+                return;
+            }
+        }
+    });
+    receiver
+}
+
 /// Reads samples in a thread of its own, so that the source does not block while the operator sets an angle.
 pub(super) fn read_samples(codes: impl BufRead + Send + 'static) -> Receiver<Result<Sample, String>> {
-    let (sender, receiver) = sync_channel(1 << 16);
+    let (sender, receiver) = sync_channel(QUEUE);
     std::thread::spawn(move || {
         for (number, line) in (1_u64..).zip(lines(codes)) {
             let read = line.and_then(|line| parse_codes(&line));
             let sent = match read {
-                Ok(samples) => samples.into_iter().try_for_each(|sample| sender.send(Ok(sample))),
+                Ok(sample) => sample.map_or(Ok(()), |sample| sender.send(Ok(sample))),
                 Err(what) => sender.send(Err(format!("codes, line {number}: {what}"))),
             };
             if sent.is_err() {
@@ -63,29 +102,22 @@ fn line(codes: &mut impl BufRead) -> Result<Option<String>, String> {
     Ok((count > 0).then(|| text.trim_end_matches(['\r', '\n']).to_owned()))
 }
 
-/// The samples of a line; none for other lines of a log.
-fn parse_codes(line: &str) -> Result<Vec<Sample>, String> {
-    if let Some(record) = record_in(line) {
-        let sample = |call: &Call| Some((*call.codes.first()?, Some(call.reference)));
-        return match record.map_err(|error| error.to_string())? {
-            Record::Inputs(inputs) => Ok(inputs.calls.iter().filter_map(sample).collect()),
-            _ => Ok(Vec::new()),
-        };
-    }
+/// The sample of a line; none for lines that do not begin with a whole number.
+fn parse_codes(line: &str) -> Result<Option<Sample>, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let code = |word: &str| word.parse::<u16>().ok().filter(|code| *code <= AdcCode::MAX.0);
     // A number with a point is the time stamp of a log line.
     let begins_with_code =
         words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()) && !word.contains('.'));
     match (&words[..], begins_with_code) {
-        ([one], true) => code(one).map(|code| vec![(code, None)]),
-        ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| vec![(code, Some(vrefint))]),
+        ([one], true) => code(one).map(|code| Some((code, None))),
+        ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| Some((code, Some(vrefint)))),
         (_, true) => None,
-        _ => Some(Vec::new()),
+        _ => Some(None),
     }
     .ok_or_else(|| {
         let short: String = line.chars().take(60).collect();
-        format!("`{short}`: allowed are `CODE`, `CODE VREFINT`, both 0 to 4095, or the board's log")
+        format!("`{short}`: allowed are `CODE` and `CODE VREFINT`, both 0 to 4095")
     })
 }
 

@@ -1,6 +1,5 @@
 //! The board as a trim sees it: requests and their outcomes, its state, and the pulse of the joint's servo.
 
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -11,6 +10,7 @@ use wire::{Answered, Record};
 
 use crate::board::at_port::AtPort;
 use crate::board::requests::{ANSWER_WITHIN, Requests};
+use crate::board::source::Origin;
 use crate::failure::Failure;
 
 /// What a board does in a trim.
@@ -33,7 +33,7 @@ pub(super) struct Seen {
     pub(super) pulses: [PulseMicros; Joint::COUNT],
 }
 
-/// A board at its serial port.
+/// A board at its serial port, or at a debug probe.
 pub(super) struct Board<'a> {
     port: AtPort<'a>,
     requests: Requests,
@@ -42,8 +42,8 @@ pub(super) struct Board<'a> {
 }
 
 impl<'a> Board<'a> {
-    pub(super) fn open(path: &Path, interrupt: &'a AtomicBool) -> Result<Self, Failure> {
-        let port = AtPort::open(path, interrupt)?;
+    pub(super) fn open(origin: Origin, interrupt: &'a AtomicBool) -> Result<Self, Failure> {
+        let port = AtPort::open(origin, interrupt)?;
         Ok(Self { port, requests: Requests::default(), answers: vec![], seen: None })
     }
 

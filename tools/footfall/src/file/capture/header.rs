@@ -1,6 +1,7 @@
 //! The data of a whole capture, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
 
 use super::samples::{Booted, Counts};
+use crate::board::default_loop::SENSOR_PINS;
 use crate::board::image::Image;
 use generator_file::degrees::shortest;
 use hgod_adc::Interpolation;
@@ -20,18 +21,24 @@ use wire::{LastOutputs, RecordId};
 /// version 9 how the outputs of the run before ended, and the measured clock of the watchdog.
 pub const SCHEMA: u32 = 9;
 
-/// What runs on the board: image, generator, sensors, their records and that of the robot in hexadecimal digits; and `more` about the run.
+/// What runs on the board: image (where it is known), generator, sensors, their records and that of the robot in hexadecimal digits; and `more` about the run.
 #[must_use]
-pub fn about(elf: &Path, image: &Image, generator_file: Option<&Path>, parameters: &Parameters, more: Value) -> Value {
+pub fn about(
+    elf: Option<&Path>,
+    image: Option<&Image>,
+    generator_file: Option<&Path>,
+    parameters: &Parameters,
+    more: Value,
+) -> Value {
     let Parameters { generator, sensors, robot, .. } = parameters;
     // The board's own names are in its boot record.
     let name = RecordName::cut("capture");
     let mut about = json!({
         "elf": elf,
-        "elf_sha256": image.sha256,
+        "elf_sha256": image.map(|image| &image.sha256),
         "generator_file": generator_file,
         "generator": generator.name(),
-        "sensors": about_sensors(sensors, image.sensor_pins()),
+        "sensors": about_sensors(sensors, image.map_or(SENSOR_PINS, Image::sensor_pins)),
         "records": {
             "generator": hex(generator_record::record_of(generator, &name).bytes()),
             "sensors": hex(sensor_record::record_of(sensors, &name).bytes()),
