@@ -222,7 +222,7 @@ fn an_erased_board_is_flashed_walks_and_keeps_its_probe_out() {
     flash.until("walking");
     let said = flash.end();
     for words in
-        ["brown-out reset: level off; this board should have level 2", "until", "switch the board's supply off and on"]
+        ["brown-out reset: level off; this board should have level 2", "until its supply is switched off and on"]
     {
         assert!(said.contains(words), "`{words}`: {said}");
     }
