@@ -87,8 +87,8 @@ pub(crate) fn wanted(board: Board) -> Level {
     }
 }
 
-/// The flash loader, position-independent Thumb code that probe-rs runs in RAM on the halted core (CMSIS-Pack, "Flash Programming"). Entries: 0 erases a sector
-/// (nothing to do: the hardware erases the option bytes when it programs them), 4 programs: r2 points to the word with the new BOR_LEV at its place. It returns 0, or
+/// The flash loader, position-independent Thumb code that probe-rs runs in RAM on the halted core (CMSIS-Pack, "Flash Programming"). Entries: 0 prepares, where probe-rs
+/// sets the stack, and erases a sector (nothing to do: the hardware erases the option bytes when it programs them); 4 programs: r2 points to the word with the new BOR_LEV at its place. It returns 0, or
 /// 1 where the option bytes are not as delivered, or 2 where they read back otherwise than written. RM0090 3.6.2 has the order of the accesses.
 #[rustfmt::skip]
 const LOADER: [u16; 52] = [
@@ -177,6 +177,7 @@ flash_algorithms:
   description: sets BOR_LEV
   default: true
   instructions: {}
+  pc_init: 0x1
   pc_program_page: 0x5
   pc_erase_sector: 0x1
   data_section_offset: {:#x}

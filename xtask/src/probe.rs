@@ -34,7 +34,7 @@ pub(crate) const NO_CATCHES: [&str; 4] =
     ["--no-catch-reset", "--no-catch-hardfault", "--no-catch-svc", "--no-catch-hlt"];
 
 /// What is said where probe-rs was connected with a board.
-pub(crate) const POWER_CYCLE: &str = "debugging stays enabled in the chip after this command; switch the board's supply off and on before you rely on it alone";
+pub(crate) const POWER_CYCLE: &str = "Debugging stays enabled in the chip until its supply is switched off and on: do so before you rely on the board alone";
 
 /// `SECTOR_BYTES` in `firmware/src/board/mod.rs`; `tests/pins.rs` compares the two.
 pub(crate) const SECTOR_BYTES: usize = 16 * 1024;

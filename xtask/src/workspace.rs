@@ -367,6 +367,30 @@ mod tests {
         crates
     }
 
+    /// The Discovery without a name from the root, each board by its name in the folder of the firmware: two chips at once do not compile.
+    #[test]
+    fn cargo_alone_has_one_chip() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let from_root: &[&str] = &["--package", "firmware", "--target", TARGET];
+        for (folder, arguments, chip) in [
+            ("", from_root, "stm32f407vg"),
+            ("", &["--package", "firmware"], "stm32f407vg"),
+            ("firmware", &["--features", "f4-discovery"], "stm32f407vg"),
+            ("firmware", &["--features", "nucleo-f446re"], "stm32f446re"),
+            ("firmware", &["--features", "black-pill-f411"], "stm32f411ce"),
+        ] {
+            let mut cargo = shell::cargo();
+            cargo.args(["tree", "--depth", "1", "--edges", "normal", "--prefix", "none", "--format", "{p};{f}"]);
+            // Flags of whoever runs this test would replace those of the configuration.
+            cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
+            let tree = shell::stdout_of(cargo.args(arguments).current_dir(root.join(folder))).unwrap();
+            let features = tree.lines().find_map(|line| line.strip_prefix("embassy-stm32 ")).expect("the HAL");
+            let features = features.split_once(';').unwrap().1;
+            let chips: Vec<&str> = features.split([',', ' ']).filter(|name| name.starts_with("stm32f")).collect();
+            assert_eq!(chips, [chip], "{folder} {arguments:?}");
+        }
+    }
+
     /// Otherwise the wheel of the tests would compile the crates of the fits once more. Windows has crates of its own, with other features.
     #[test]
     #[cfg(not(windows))]

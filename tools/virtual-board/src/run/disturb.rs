@@ -193,7 +193,8 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Applies operations of the flash to the memory. The bits that a cut one has changed are drawn by its address and its part.
     pub(super) fn change_flash(&mut self, operations: &[FlashOperation]) -> Result<()> {
-        for operation in operations {
+        // The option bytes are not in the memory of the program.
+        for operation in operations.iter().filter(|operation| operation.bytes() > 0) {
             let mut bytes = vec![0; operation.bytes() as usize];
             ensure!(
                 self.cpu.read_memory(operation.address, &mut bytes),

@@ -1,0 +1,408 @@
+//! `cargo xtask` and `cargo run` with a board at a debug probe: probe-rs as it is released, and the virtual board as probe and target.
+
+use footfall_tests::host::Host;
+use footfall_tests::recordings::default_volts_file;
+use generator_file::file::{GeneratorFile, GeneratorSet};
+use joint_loop::SupervisorState;
+use joint_loop::store::{generator_record, robot_record};
+use serde_json::Value;
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use test_suite::tests;
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        an_erased_board_is_flashed_walks_and_keeps_its_probe_out(Image, Program, ProbeRs),
+        records_are_shown_saved_and_erased(Image, Program, ProbeRs),
+        what_was_tuned_becomes_the_record(Image, Program, ProbeRs),
+        a_walk_is_watched_and_recorded(Image, Program, ProbeRs),
+        the_brown_out_reset_gets_its_level_and_nothing_else_changes(Image, ProbeRs),
+        the_runner_of_cargo_seals_writes_and_starts(Image, ProbeRs),
+    ])
+}
+
+/// How long anything may take.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn elf() -> OsString {
+    std::env::var_os("FOOTFALL_ELF").expect("the image")
+}
+
+/// Waits until something holds.
+fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !holds() {
+        assert!(started.elapsed() < PATIENCE, "{what}: not within {PATIENCE:?}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Everything that a stream has said so far.
+#[derive(Clone, Default)]
+struct Said(Arc<Mutex<String>>);
+
+impl Said {
+    fn read(stream: impl Read + Send + 'static) -> (Self, JoinHandle<()>) {
+        let said = Self::default();
+        let text = said.clone();
+        let reader = std::thread::spawn(move || {
+            let mut lines = BufReader::new(stream);
+            let mut line = Vec::new();
+            while lines.read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
+                text.0.lock().unwrap().push_str(&String::from_utf8_lossy(&line));
+                line.clear();
+            }
+        });
+        (said, reader)
+    }
+
+    fn text(&self) -> String {
+        self.0.lock().unwrap().clone()
+    }
+}
+
+/// A virtual board as a debug probe with its target, in real time.
+struct Bench {
+    board: Child,
+    lines: Said,
+    address: String,
+    folder: TempDir,
+}
+
+impl Bench {
+    fn start<A: AsRef<std::ffi::OsStr>>(options: impl IntoIterator<Item = A>) -> Self {
+        let program = std::env::var_os("FOOTFALL_VIRTUAL_BOARD").expect("the virtual board");
+        let mut board = Command::new(program)
+            .args(["--probe", "127.0.0.1:0", "--pace", "--loop", "--volts"])
+            .arg(default_volts_file())
+            .args(options)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the virtual board starts");
+        let (lines, _) = Said::read(board.stdout.take().expect("piped"));
+        let mut bench = Self { board, lines, address: String::new(), folder: tempfile::tempdir().expect("a folder") };
+        until("the address of the probe", || !bench.of_kind("probe").is_empty());
+        bench.address = bench.of_kind("probe")[0]["address"].as_str().expect("an address").to_owned();
+        bench
+    }
+
+    /// The image, which walks after a test of the emergency stop and a hold.
+    fn with_image(options: &[&str]) -> Self {
+        Self::start([elf()].into_iter().chain(options.iter().map(OsString::from)))
+    }
+
+    /// The lines of the board of this type so far.
+    fn of_kind(&self, kind: &str) -> Vec<Value> {
+        let mark = format!("\"type\":\"{kind}\"");
+        let text = self.lines.text();
+        text.lines().filter(|line| line.contains(&mark)).map(|line| serde_json::from_str(line).expect("JSON")).collect()
+    }
+
+    /// Whether pulses came within the last 200 ms of the board's time.
+    fn has_pulses(&self) -> bool {
+        let last = |kind: &str| self.of_kind(kind).last().and_then(|line| line["t_s"].as_f64()).unwrap_or(-1.0);
+        last("pulses") > last("status") - 0.2
+    }
+
+    fn command(&self, line: &str) {
+        let mut console = self.board.stdin.as_ref().expect("piped");
+        writeln!(console, "{line}").expect("the board reads");
+    }
+
+    /// Tests the emergency stop and arms.
+    fn arm(&self) {
+        self.command("stop");
+        self.command("hold");
+        until("pulses", || self.has_pulses());
+    }
+
+    /// Stops a walk.
+    fn stop(&self) {
+        self.command("press");
+        self.command("release");
+        until("the end of the pulses", || !self.has_pulses());
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// A command in a folder of the workspace, for which this is the probe.
+    fn beside(&self, program: impl AsRef<std::ffi::OsStr>, folder: &str) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir(root().join(folder));
+        command.env("PROBE_RS_PROBE", format!("0:0:{}", self.address)).env("PROBE_RS_PROTOCOL", "swd");
+        command.env("RUST_LOG", "error");
+        command
+    }
+
+    /// Exit code, standard output, standard error of `cargo xtask`.
+    fn xtask(&self, arguments: &str) -> (Option<i32>, String, String) {
+        let output =
+            self.beside("cargo", "").arg("xtask").args(arguments.split(' ')).stdin(Stdio::null()).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    }
+
+    /// `cargo xtask` that must succeed; what it said.
+    fn must(&self, arguments: &str) -> String {
+        let (code, said, errors) = self.xtask(arguments);
+        assert_eq!(code, Some(0), "{arguments}: {said}{errors}");
+        said + &errors
+    }
+
+    /// Bytes of the chip's memory, read by probe-rs.
+    fn memory(&self, address: u32, bytes: usize) -> Vec<u8> {
+        let file = self.at("memory.bin");
+        let mut read = self.beside(test_suite::probe_rs(), "");
+        read.args(["read", "--chip", "STM32F407VGTx", "b32"]).arg(address.to_string()).arg((bytes / 4).to_string());
+        let output = read.args(["--format", "binary", "--output"]).arg(&file).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(file).unwrap()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.board.kill();
+        let _ = self.board.wait();
+    }
+}
+
+/// A program that shows a log until it is ended.
+struct Log {
+    child: Child,
+    said: Said,
+    errors: Said,
+}
+
+impl Log {
+    fn start(command: &mut Command) -> Self {
+        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let (said, _) = Said::read(child.stdout.take().unwrap());
+        let (errors, _) = Said::read(child.stderr.take().unwrap());
+        Self { child, said, errors }
+    }
+
+    fn until(&mut self, words: &str) {
+        let (said, errors) = (self.said.clone(), self.errors.clone());
+        until(words, || {
+            let ended = self.child.try_wait().unwrap();
+            assert!(ended.is_none(), "{words}: {ended:?} {}{}", said.text(), errors.text());
+            said.text().contains(words)
+        });
+    }
+
+    /// Ctrl-C.
+    fn end(mut self) -> String {
+        assert!(Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap().success());
+        until("the end of the log", || self.child.try_wait().unwrap().is_some());
+        self.said.text() + &self.errors.text()
+    }
+}
+
+/// From a chip as delivered to a walk, by the commands of docs/first-walk.md.
+fn an_erased_board_is_flashed_walks_and_keeps_its_probe_out() {
+    let board = Bench::start(["--erased", "--no-brown-out-reset"]);
+    let mut flash = Log::start(board.beside("cargo", "").args(["xtask", "flash"]));
+    flash.until("footfall");
+    board.arm();
+    flash.until("walking");
+    let said = flash.end();
+    for words in
+        ["brown-out reset: level off; this board should have level 2", "until its supply is switched off and on"]
+    {
+        assert!(said.contains(words), "`{words}`: {said}");
+    }
+    // The log has ended, the walk goes on, and no catch is left.
+    std::thread::sleep(Duration::from_secs(1));
+    assert!(board.has_pulses());
+    let robot = robot_record::read(&board.memory(0x0800_C000, 0x4000));
+    assert!(robot.is_ok_and(|record| record.is_some()), "the default robot's record");
+    assert_eq!(
+        board.memory(0xE000_EDFC, 4)[1] & 4 | board.memory(0xE000_EDFC, 4)[0] & 1,
+        0,
+        "VC_HARDERR, VC_CORERESET"
+    );
+    if board.has_pulses() {
+        let (code, _, errors) = board.xtask("board info");
+        assert!(code == Some(1) && errors.contains("servo outputs are on: stop the walk first"), "{code:?} {errors}");
+    }
+}
+
+fn records_are_shown_saved_and_erased() {
+    let board = Bench::with_image(&[]);
+    let xtask = |arguments: &str| board.xtask(&format!("board {arguments}"));
+    let (code, said, errors) = xtask("info");
+    assert!(
+        code == Some(0) && said == "generator.bin: erased\nsensors.bin: erased\nrobot.bin: erased\n",
+        "{said}{errors}"
+    );
+    // Records are written by probe-rs alone, as `cargo xtask flash` does.
+    let write = |name: &str, arguments: &[&str], address: &str, change: &dyn Fn(&mut Vec<u8>)| {
+        let program = std::env::var_os("FOOTFALL_BIN").expect("the program");
+        let mut pack = Command::new(program);
+        pack.args(["pack", "--force", "--out"]).arg(board.at(name)).args(arguments);
+        assert!(pack.current_dir(root().join("samples")).status().unwrap().success());
+        let mut bytes = std::fs::read(board.at(name)).unwrap();
+        change(&mut bytes);
+        std::fs::write(board.at(name), &bytes).unwrap();
+        let mut download = board.beside(test_suite::probe_rs(), "");
+        download.args(["download", "--chip", "STM32F407VGTx", "--binary-format", "bin", "--base-address", address]);
+        assert!(download.arg(board.at(name)).status().unwrap().success());
+    };
+    write("g.bin", &["generator.toml", "--name", "normal walk"], "0x08004000", &|_| {});
+    write("r.bin", &["--robot", "robot.toml"], "0x0800C000", &|_| {});
+    let said = board.must("board info");
+    assert!(said.contains("generator.bin: good: the generator \"normal walk\", shape, check sum"), "{said}");
+    assert!(said.contains("robot.bin: good: the robot \"small biped\", check sum"), "{said}");
+
+    // A bit of the robot's record flips.
+    write("r.bin", &["--robot", "robot.toml"], "0x0800C000", &|bytes| bytes[0x40] ^= 1);
+    let (code, said, errors) = xtask("info");
+    assert!(code == Some(2) && errors.contains("robot.bin: damaged: check sum"), "{code:?} {said}{errors}");
+    assert!(said.contains("normal walk"), "{said}");
+
+    let flash = board.memory(0x0800_4000, 0xC000);
+    let saved = board.at("saved");
+    let read = format!("read --out {}", saved.display());
+    let (code, _, errors) = xtask(&read);
+    assert_eq!(code, Some(0), "{errors}");
+    let sectors = ["generator.bin", "sensors.bin", "robot.bin"].map(|name| std::fs::read(saved.join(name)).unwrap());
+    assert!(sectors.concat() == flash);
+    let (code, _, errors) = xtask(&read);
+    assert!(code == Some(1) && errors.contains("exists"), "{errors}");
+    assert_eq!(xtask(&format!("{read} --force")).0, Some(0));
+
+    assert_eq!(xtask("erase").0, Some(2), "no sector is named");
+    let (code, _, errors) = xtask("erase --robot");
+    assert!(code == Some(0) && errors.contains("robot sector: erased; the board runs the built-in robot"), "{errors}");
+    let after = board.memory(0x0800_4000, 0xC000);
+    assert!(after[0x8000..].iter().all(|byte| *byte == 0xFF));
+    assert!(after[..0x8000] == flash[..0x8000]);
+}
+
+/// The serial port and the probe are the same board's. The record that is written makes the board move as it was tuned.
+fn what_was_tuned_becomes_the_record() {
+    let board = Bench::with_image(&["--serial"]);
+    let file = GeneratorFile::default_of("phase-coupled").unwrap();
+    std::fs::write(board.at("walk.toml"), file.to_toml()).unwrap();
+    let [walk, out] = ["walk.toml", "tuned.toml"].map(|name| board.at(name).display().to_string());
+    until("the name of the serial port", || !board.of_kind("serial").is_empty());
+    let port = board.of_kind("serial")[0]["port"].as_str().expect("a name").to_owned();
+    let save = || board.xtask(&format!("board save {walk} --serial {port} --out {out} --force"));
+    let set = |words: &[&str]| {
+        let words = [&["footfall", "set", "--serial", &port], words].concat();
+        footfall::cli::call(words.into_iter().map(Into::into)).unwrap();
+    };
+    board.arm();
+    Host::open(Path::new(&port)).until("walking", |host| host.state == SupervisorState::Walking);
+    set(&["speed", "1.2"]);
+    let (code, _, errors) = save();
+    assert!(code == Some(1) && errors.contains("the board is in the state `walking`"), "{errors}");
+    set(&["--stop"]);
+    Host::open(Path::new(&port)).until("disarmed", |host| host.state == SupervisorState::Disarmed);
+    let (code, said, errors) = save();
+    assert!(code == Some(0) && errors.contains("read back; the board was reset"), "{said}{errors}");
+    assert!(board.of_kind("boot").len() >= 2, "{:?}", board.of_kind("boot"));
+    let tuned = GeneratorFile::read(Path::new(&out)).unwrap();
+    let stored = generator_record::read(&board.memory(0x0800_4000, 0x4000)).unwrap().expect("a record");
+    assert_eq!((stored.config, stored.name.as_str()), (tuned.set.config(), "tuned"));
+    let (GeneratorSet::PhaseCoupled(before), GeneratorSet::PhaseCoupled(after)) = (file.set, tuned.set) else {
+        panic!("other kinds")
+    };
+    assert!((before.natural_period_s / after.natural_period_s - 1.2).abs() < 1e-5);
+}
+
+/// Attached before it is armed, a walk comes whole: on the screen's lines and in a file.
+fn a_walk_is_watched_and_recorded() {
+    let board = Bench::with_image(&[]);
+    let mut watch = Log::start(board.beside("cargo", "").args(["xtask", "watch", "--json", "--secs", "20"]));
+    watch.until("\"type\":\"tick\"");
+    board.arm();
+    watch.until("\"walking\"");
+    until("the end of the view", || watch.child.try_wait().unwrap().is_some());
+    let [said, errors] = [&watch.said, &watch.errors].map(Said::text);
+    assert!(watch.child.wait().unwrap().success(), "{errors}");
+    let ticks: Vec<u64> = said
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).expect("an object"))
+        .filter(|object| object["type"] == "tick")
+        .map(|object| object["tick"].as_u64().expect("a number"))
+        .collect();
+    let steps: Vec<u64> = ticks.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(ticks.len() > 500 && steps.iter().all(|step| *step == steps[0]), "no tick is lost: {steps:?}");
+    board.stop();
+
+    let out = board.at("walk.csv");
+    let said = board.must(&format!("record --secs 2 -o {}", out.display()));
+    assert!(said.contains(" 0 lost"), "{said}");
+    assert!(std::fs::read_to_string(out).unwrap().lines().count() > 1_900);
+}
+
+fn the_brown_out_reset_gets_its_level_and_nothing_else_changes() {
+    let board = Bench::start(["--erased", "--no-brown-out-reset"]);
+    let optcr = || u32::from_le_bytes(board.memory(0x4002_3C14, 4).try_into().unwrap());
+    let delivered = optcr();
+    assert_eq!(delivered >> 2 & 3, 3, "off: {delivered:#010x}");
+    let said = board.must("board brown-out");
+    assert!(
+        said.contains("the brown-out reset is at level 2 now") && said.contains("feed 3.3 V to its 3V pin"),
+        "{said}"
+    );
+    assert_eq!(optcr(), delivered & !0xC | 1 << 2);
+    assert!(board.must("board brown-out").contains("at level 2 already"));
+    for (options, words) in
+        [("--level 3", "add `--measured-vdd VOLTS`"), ("--level 3 --measured-vdd 2.95", "some chips would not start")]
+    {
+        let (code, _, errors) = board.xtask(&format!("board brown-out {options}"));
+        assert!(code == Some(1) && errors.contains(words), "{errors}");
+    }
+    assert_eq!(optcr(), delivered & !0xC | 1 << 2);
+    board.must("board brown-out --level 3 --measured-vdd 3.02");
+    assert_eq!(optcr(), delivered & !0xC);
+    board.must("board brown-out --level off");
+    assert_eq!(optcr(), delivered);
+}
+
+/// The line of `.cargo/config.toml`, as cargo runs it from the root and from the folder of the firmware. Its image has no seal.
+fn the_runner_of_cargo_seals_writes_and_starts() {
+    const SEAL: usize = 0x0800_3FF4;
+    let board = Bench::start(["--erased"]);
+    let mut image = std::fs::read(elf()).unwrap();
+    let at = image.windows(4).position(|bytes| bytes == b"SEAL").expect("a sealed image");
+    image[at..at + 12].fill(0xFF);
+    let unsealed = board.at("firmware");
+    std::fs::write(&unsealed, image).unwrap();
+    for folder in ["", "firmware"] {
+        let config: toml::Table =
+            std::fs::read_to_string(root().join(folder).join(".cargo/config.toml")).unwrap().parse().unwrap();
+        let runner = config["target"]["thumbv7em-none-eabihf"]["runner"].as_str().expect("a line").to_owned();
+        let mut words = runner.split(' ');
+        let mut command = board.beside(words.next().expect("a program"), folder);
+        let mut log = Log::start(command.args(words).arg(&unsealed));
+        log.until("footfall");
+        let said = log.end();
+        assert!(said.contains("image for f4-discovery"), "{said}");
+        assert_eq!(board.memory(SEAL as u32, 4), b"SEAL");
+        board.command("power");
+    }
+    board.arm();
+
+    let mut other = board.beside("cargo", "");
+    let other = other.args(["xtask", "run-image"]).arg(std::env::var_os("FOOTFALL_VIRTUAL_BOARD").unwrap()).output();
+    let errors = String::from_utf8_lossy(&other.unwrap().stderr).into_owned();
+    assert!(errors.contains("not a 32 bit little-endian ELF file"), "{errors}");
+}
