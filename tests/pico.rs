@@ -345,7 +345,7 @@ fn with_host() -> &'static PicoRan {
 /// What the host received: the records, and how many frames were damaged.
 fn received(ran: &PicoRan) -> (Vec<Record>, usize) {
     let (mut records, mut damaged) = (Vec::new(), 0);
-    let pushed = Transport::serial().push(&ran.serial, |heard| match heard {
+    let pushed = Transport::default().push(&ran.serial, |heard| match heard {
         Heard::Record(record) => records.push(record),
         _ => damaged += 1,
     });

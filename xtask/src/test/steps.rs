@@ -497,13 +497,14 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 26] = [
+const IMAGE_TESTS: [&str; 27] = [
     "virtual_board",
     "fits",
     "board_black_pill",
     "board_inputs",
     "board_lockstep",
     "board_serial",
+    "board_rtt",
     "board_trim",
     "board_pulses",
     "board_servos",
