@@ -4,7 +4,7 @@
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::ARM;
 use footfall_tests::recordings::default_volts_file;
-use joint_loop::{GeneratorConfig, SupervisorState};
+use joint_loop::SupervisorState;
 use serde_json::Value;
 use std::ffi::OsString;
 use std::process::{Command, ExitCode, Stdio};
@@ -63,10 +63,12 @@ fn lines_for_people_are_ten_a_second_and_fit() {
     let ran = Board::find().run(walks("6", &[]));
     ran.assert_sound();
     let boot = &ran.boots[0];
-    let is_status = |line: &str| SupervisorState::ALL.iter().any(|state| line.starts_with(&format!("{}: ", state.name())));
+    let is_status =
+        |line: &str| SupervisorState::ALL.iter().any(|state| line.starts_with(&format!("{}: ", state.name())));
     let status: Vec<(f64, &String)> =
         boot.log_times.iter().copied().zip(&boot.log).filter(|(_, line)| is_status(line)).collect();
-    let walking: Vec<&String> = status.iter().map(|(_, line)| *line).filter(|line| line.starts_with("walking: ")).collect();
+    let walking: Vec<&String> =
+        status.iter().map(|(_, line)| *line).filter(|line| line.starts_with("walking: ")).collect();
     report!("{} lines, {} of them of a walk, such as `{}`", boot.log.len(), walking.len(), walking[walking.len() / 2]);
     // In any second but the first, in which the boot is told, at most ten and the changes of state.
     for (start, _) in &status {
@@ -81,7 +83,8 @@ fn lines_for_people_are_ten_a_second_and_fit() {
     }
     // The numbers of a line are those of its frame.
     let place = boot.log.iter().rposition(|line| is_status(line)).expect("a line");
-    let frame = boot.ticks.iter().rfind(|frame| f64::from(frame.tick) * 1e-3 <= boot.log_times[place]).expect("a frame");
+    let frame =
+        boot.ticks.iter().rfind(|frame| f64::from(frame.tick) * 1e-3 <= boot.log_times[place]).expect("a frame");
     let [hip, ..] = frame.setpoints_deg().map(|angle| angle.round() as i32);
     assert!(boot.log[place].contains(&format!("hips {hip:>3} ")), "{} beside {frame:?}", boot.log[place]);
     for state in ["arming, cause none", "walking, cause none"] {
@@ -98,8 +101,12 @@ fn a_channel_that_is_not_read_drops_whole_frames_and_goes_on() {
     // `Board::run` fails at a damaged frame of either channel.
     let ran = Board::find().run(walks("7", &["--script", &script]));
     let boot = &ran.boots[0];
-    let gaps: Vec<(u32, u32)> =
-        boot.calls.windows(2).map(|pair| (pair[0].0, pair[1].0)).filter(|(before, after)| after - before != 1).collect();
+    let gaps: Vec<(u32, u32)> = boot
+        .calls
+        .windows(2)
+        .map(|pair| (pair[0].0, pair[1].0))
+        .filter(|(before, after)| after - before != 1)
+        .collect();
     report!("{gaps:?}");
     let [(last, next)] = gaps[..] else { panic!("{gaps:?}") };
     // The ring holds more than 200 ms of records.
@@ -155,12 +162,13 @@ fn set_and_record_go_through_the_probe() {
     });
     ran.assert_sound();
     let boot = &ran.boots[0];
-    let requests: Vec<String> = boot.calls.iter().filter_map(|(_, call)| call.request).map(|it| it.to_string()).collect();
-    let actions: Vec<&str> = requests.iter().filter_map(|text| text.split_once(' ')).map(|(_, action)| action).collect();
+    let requests: Vec<String> =
+        boot.calls.iter().filter_map(|(_, call)| call.request).map(|it| it.to_string()).collect();
+    let actions: Vec<&str> =
+        requests.iter().filter_map(|text| text.split_once(' ')).map(|(_, action)| action).collect();
     assert_eq!(actions, ["set speed 1.2", "set follow 0", "stop"]);
     assert_eq!(boot.ticks.last().map(|frame| frame.state), Some(SupervisorState::Disarmed));
     assert!(has_every_call(&ran));
-    boot.replay(&GeneratorConfig::default_walk());
 }
 
 fn keys_of_the_live_screen_go_through_the_probe() {

@@ -19,8 +19,8 @@ use crate::environment::Environment;
 use crate::faults::LastRun;
 use crate::pins::{PinRegisters, Pull};
 use crate::program::ProgramCheck;
-use crate::sampling::REFERENCE;
 use crate::requests::{REQUESTS_QUEUED, Requests};
+use crate::sampling::REFERENCE;
 use crate::servo_pwm::{self, Outputs};
 use crate::tasks::control::{
     self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FIRST_RECORD, FRAMES_QUEUED, RECORDS_QUEUED,

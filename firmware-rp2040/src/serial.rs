@@ -88,13 +88,7 @@ pub(crate) fn start(usb: Peri<'static, USB>, requests: Requests) -> (Port, Tasks
     );
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
     let (sender, receiver, control) = class.split_with_control();
-    let port = Port {
-        control,
-        is_open: false,
-        boot: Vec::new(),
-        unframer: Unframer::default(),
-        requests,
-    };
+    let port = Port { control, is_open: false, boot: Vec::new(), unframer: Unframer::default(), requests };
     (port, Tasks { device: builder.build(), sender, receiver })
 }
 

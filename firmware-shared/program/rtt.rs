@@ -191,8 +191,7 @@ mod logger {
     static DEPTH: AtomicU32 = AtomicU32::new(0);
 
     /// The message of the first of them.
-    static MESSAGE: Message =
-        Message(UnsafeCell::new(Staged { encoder: Encoder::new(), end: None }));
+    static MESSAGE: Message = Message(UnsafeCell::new(Staged { encoder: Encoder::new(), end: None }));
 
     struct Message(UnsafeCell<Staged>);
 

@@ -26,11 +26,7 @@ pub fn of(frame: &Frame, supply_v: Option<f32>) -> String<MAX_BYTES> {
 
 fn write(line: &mut String<MAX_BYTES>, frame: &Frame, supply_v: Option<f32>) -> fmt::Result {
     let [left_hip, right_hip, left_knee, right_knee] = frame.setpoints_rad.map(whole_degrees);
-    write!(
-        line,
-        "{}: hips {left_hip:>3} {right_hip:>3} knees {left_knee:>3} {right_knee:>3} deg",
-        frame.state.name()
-    )?;
+    write!(line, "{}: hips {left_hip:>3} {right_hip:>3} knees {left_knee:>3} {right_knee:>3} deg", frame.state.name())?;
     for sensor in frame.sensors.iter().flatten() {
         write!(line, ", sensor {:>3} {}", whole_degrees(sensor.angle_rad), sensor.validity.name())?;
     }
@@ -80,8 +76,11 @@ mod tests {
 
     #[test]
     fn angles_are_rounded_and_stand_in_columns() {
-        let walking =
-            frame(SupervisorState::Walking, [12.4, -29.6, 5.0, 60.4], [reading(14.2, Validity::Good), None, None, None]);
+        let walking = frame(
+            SupervisorState::Walking,
+            [12.4, -29.6, 5.0, 60.4],
+            [reading(14.2, Validity::Good), None, None, None],
+        );
         assert_eq!(of(&walking, Some(3.006)), "walking: hips  12 -30 knees   5  60 deg, sensor  14 good, 3.01 V");
         let disarmed = frame(SupervisorState::Disarmed, [0.0; 4], [None; 4]);
         assert_eq!(of(&disarmed, None), "disarmed: hips   0   0 knees   0   0 deg");

@@ -100,14 +100,7 @@ pub(crate) fn start(requests: Requests) -> Port {
         w.set_te(true);
         w.set_re(true);
     });
-    Port {
-        written: 0,
-        sent: 0,
-        under_way: 0,
-        taken: 0,
-        unframer: Unframer::default(),
-        requests,
-    }
+    Port { written: 0, sent: 0, under_way: 0, taken: 0, unframer: Unframer::default(), requests }
 }
 
 fn begin_receiving() {

@@ -72,7 +72,11 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
         value.as_array().expect("a list").iter().map(|text| text.as_str().expect("text").to_owned()).collect()
     };
     PicoRan {
-        boots: boots(&image, &std::fs::read(file("log")).expect("a log"), &std::fs::read(file("records")).expect("records")),
+        boots: boots(
+            &image,
+            &std::fs::read(file("log")).expect("a log"),
+            &std::fs::read(file("records")).expect("records"),
+        ),
         servos,
         rail: numbers(&ran["servo_rail_ns"]),
         resets: ran["resets"].as_array().expect("a list").iter().map(reset).collect(),

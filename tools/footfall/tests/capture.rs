@@ -258,10 +258,8 @@ fn endless_noise_ends_the_command() {
             });
             let out = bench.path("noise.csv");
             let began = std::time::Instant::now();
-            let output = footfall(
-                &[&["record", "--force", "--rtt", &address][..], more, &["--out"]].concat(),
-                &[out.as_path()],
-            );
+            let output =
+                footfall(&[&["record", "--force", "--rtt", &address][..], more, &["--out"]].concat(), &[out.as_path()]);
             assert_eq!(output.status.code(), Some(1));
             assert!(complaints(&output).contains("these are not the records of a board"), "{}", complaints(&output));
             assert!(began.elapsed().as_secs() < 20);

@@ -338,7 +338,8 @@ fn another_image_or_another_version_is_refused() {
 fn a_broken_frame_on_the_way_is_counted_and_the_next_one_is_read() {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
-    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "channel": 1, "hex": "0102030405060700" }));
+    simulated
+        .line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "channel": 1, "hex": "0102030405060700" }));
     simulated.tick(1000, false);
     simulated.end();
     let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "2"]));

@@ -41,11 +41,12 @@ impl<'a> AtPort<'a> {
     /// # Errors
     /// There is no such port or server, it may not be opened, or it takes no requests.
     pub fn open(origin: Origin, interrupt: &'a AtomicBool) -> Result<Self, Failure> {
-        let opened = origin
-            .open(true)
-            .map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
+        let opened =
+            origin.open(true).map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
         if matches!(origin, Origin::Rtt(_)) && !opened.takes_requests() {
-            return Err(Failure::input(format!("{origin}: takes no requests; allowed is a server, tcp:HOST:PORT or jlink:HOST:PORT")));
+            return Err(Failure::input(format!(
+                "{origin}: takes no requests; allowed is a server, tcp:HOST:PORT or jlink:HOST:PORT"
+            )));
         }
         Ok(Self { origin, opened, transport: Transport::default(), last_record: Instant::now(), interrupt })
     }

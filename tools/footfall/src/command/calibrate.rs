@@ -183,7 +183,9 @@ impl Options {
                     most_sd: self.most_sd_codes,
                 },
             }),
-            (None, None) => return Err(Failure::input("no live codes; allowed are --codes FILE, --serial PORT and --rtt SOURCE")),
+            (None, None) => {
+                return Err(Failure::input("no live codes; allowed are --codes FILE, --serial PORT and --rtt SOURCE"));
+            }
         };
         let interpolation = match self.interpolation {
             Between::Linear => Interpolation::Linear,

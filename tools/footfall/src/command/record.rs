@@ -103,7 +103,8 @@ fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failur
     let RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite } = settings;
     let image = elf.as_deref().map(Image::read).transpose().map_err(Failure::input)?;
     capture::check(out, *overwrite)?;
-    let mut stream = source.open(false).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
+    let mut stream =
+        source.open(false).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
     let about = capture::about(elf.as_deref(), image.as_ref(), generator.as_deref(), parameters, source.about(*secs));
     let cannot_write = |error| output::cannot_write(out, error);
     let begun = Capture::begin(out, about, image, parameters.clone(), *zero_ns);

@@ -87,8 +87,6 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
             settings.receivers = receivers;
             run::run(&settings, interrupt)
         }
-        _ => {
-            Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, --serial, or --rtt"))
-        }
+        _ => Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, --serial, or --rtt")),
     }
 }

@@ -117,7 +117,9 @@ impl LogReader {
         let Self { transport, image, sampler, reset_ns } = self;
         let (mut boots, mut other) = (Vec::new(), None);
         transport.push(bytes, |heard| match heard {
-            Heard::Record(Record::Boot(boot)) if image.as_ref().is_some_and(|image| !image.is_of_board(&boot.board)) => {
+            Heard::Record(Record::Boot(boot))
+                if image.as_ref().is_some_and(|image| !image.is_of_board(&boot.board)) =>
+            {
                 other = Some(boot.board.as_str().into());
             }
             Heard::Record(_) if other.is_some() => {}

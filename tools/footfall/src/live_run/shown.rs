@@ -38,14 +38,7 @@ impl Shown {
     pub(super) fn titled(title: String, publisher: Publisher) -> Self {
         let mut view = View::titled(title, Vec::new());
         view.watched = Watched::Board;
-        Self {
-            view,
-            counters: Counters::default(),
-            first_s: None,
-            began_s: 0.0,
-            armed_with_debugger: false,
-            publisher,
-        }
+        Self { view, counters: Counters::default(), first_s: None, began_s: 0.0, armed_with_debugger: false, publisher }
     }
 
     /// Seconds of the board since the first frame.

@@ -23,6 +23,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --secs 5 -- --script dip.toml",
             "cargo xtask run --secs 5 -- --script dip.toml --save-flash 0x08004000=sector.bin",
             "cargo xtask run --pace -- --serial",
+            "cargo xtask run --pace -- --rtt-server 127.0.0.1:9090",
             "cargo xtask build",
             "cargo xtask build --board NAME",
             "cargo xtask pico",

@@ -103,8 +103,7 @@ pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
         }
         CodeSource::Board(origin) => {
             let opened = origin.open(false);
-            let board =
-                opened.map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
+            let board = opened.map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
             (samples_of_board(board), origin.is_stdin(), false)
         }
     };

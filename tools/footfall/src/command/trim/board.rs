@@ -9,8 +9,8 @@ use joint_units::{Joint, PulseMicros};
 use wire::{Answered, Record};
 
 use crate::board::at_port::AtPort;
-use crate::board::source::Origin;
 use crate::board::requests::{ANSWER_WITHIN, Requests};
+use crate::board::source::Origin;
 use crate::failure::Failure;
 
 /// What a board does in a trim.

@@ -23,7 +23,13 @@ pub const SCHEMA: u32 = 9;
 
 /// What runs on the board: image (where it is known), generator, sensors, their records and that of the robot in hexadecimal digits; and `more` about the run.
 #[must_use]
-pub fn about(elf: Option<&Path>, image: Option<&Image>, generator_file: Option<&Path>, parameters: &Parameters, more: Value) -> Value {
+pub fn about(
+    elf: Option<&Path>,
+    image: Option<&Image>,
+    generator_file: Option<&Path>,
+    parameters: &Parameters,
+    more: Value,
+) -> Value {
     let Parameters { generator, sensors, robot, .. } = parameters;
     // The board's own names are in its boot record.
     let name = RecordName::cut("capture");
