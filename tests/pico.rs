@@ -31,6 +31,7 @@ fn main() -> ExitCode {
         its_pulses_are_those_of_the_loop(PicoImage),
         no_servo_line_moves_before_it_is_armed(PicoImage),
         it_says_at_boot_what_the_chip_has_not(PicoImage),
+        channels_that_nobody_reads_keep_whole_frames(PicoImage),
         it_does_not_arm_before_the_stop_is_tested(PicoImage),
         the_emergency_stop_cuts_supply_and_pulses(PicoImage),
         a_hang_is_reset_by_the_watchdog(PicoImage),
@@ -178,6 +179,20 @@ fn it_says_at_boot_what_the_chip_has_not() {
     for words in ["no break input", "no measured supply", "no oscillator of the watchdog", "no view of a debugger"] {
         assert!(log.contains(words), "`{words}` in\n{log}");
     }
+}
+
+/// What does not fit into the RTT channels is dropped whole: the boot and what came after it, until each was full. (A damaged frame fails the run.)
+fn channels_that_nobody_reads_keep_whole_frames() {
+    let mut unread = scenario(4.0);
+    unread["unread"] = true.into();
+    let ran = run(&unread, &[]);
+    let [boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+    let (first, last) = (boot.calls[0].0, boot.calls.last().expect("calls").0);
+    assert!(first == 1 && (200..2_000).contains(&last), "{first} to {last}");
+    assert!(boot.calls.iter().map(|(tick, _)| *tick).eq(first..=last), "a tick is missing");
+    assert!(boot.log[0].contains("reset power_on") && boot.log_times.is_sorted(), "{:?}", boot.log);
+    assert!(*boot.log_times.last().expect("lines") < 3.5, "{:?}", boot.log);
+    report!("{last} ticks and {} lines fit", boot.log.len());
 }
 
 fn it_does_not_arm_before_the_stop_is_tested() {
@@ -345,7 +360,7 @@ fn with_host() -> &'static PicoRan {
 /// What the host received: the records, and how many frames were damaged.
 fn received(ran: &PicoRan) -> (Vec<Record>, usize) {
     let (mut records, mut damaged) = (Vec::new(), 0);
-    let pushed = Transport::serial().push(&ran.serial, |heard| match heard {
+    let pushed = Transport::default().push(&ran.serial, |heard| match heard {
         Heard::Record(record) => records.push(record),
         _ => damaged += 1,
     });

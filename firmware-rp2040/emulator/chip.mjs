@@ -44,7 +44,8 @@ export class Chip {
     this.messages = new Messages();
     this.resets = [];
     this.rtt = null;
-    this.log = [];
+    /** What came of the up channels of RTT: the log for people, the records. */
+    this.channels = [[], []];
     this.cycles = 0;
     this.start(new RP2040());
     for (const [address, bytes] of parts) this.mcu.flash.set(bytes, address - FLASH);
@@ -111,7 +112,7 @@ export class Chip {
     }
   }
 
-  /** Takes what is in the first up-buffer of RTT. */
+  /** Takes what is in the up channels of RTT. */
   drain() {
     const { sram, sramView } = this.mcu;
     if (this.rtt === null) {
@@ -119,13 +120,16 @@ export class Chip {
       if (at < 0) return;
       this.rtt = at + 24;
     }
-    const field = (n) => sramView.getUint32(this.rtt + 4 * n, true);
-    const [buffer, size, write] = [field(1) - RAM, field(2), field(3)];
-    let read = field(4);
-    while (read !== write) {
-      this.log.push(sram[buffer + read]);
-      read = (read + 1) % size;
-    }
-    sramView.setUint32(this.rtt + 16, read, true);
+    this.channels.forEach((bytes, channel) => {
+      const at = this.rtt + 24 * channel;
+      const field = (n) => sramView.getUint32(at + 4 * n, true);
+      const [buffer, size, write] = [field(1) - RAM, field(2), field(3)];
+      let read = field(4);
+      while (read !== write) {
+        bytes.push(sram[buffer + read]);
+        read = (read + 1) % size;
+      }
+      sramView.setUint32(at + 16, read, true);
+    });
   }
 }

@@ -1,10 +1,10 @@
-// Runs the RP2040 image on rp2040js and prints what its pins did, as JSON; the raw bytes of its RTT log and of its serial port go to files.
+// Runs the RP2040 image on rp2040js and prints what its pins did, as JSON; the raw bytes of its two RTT channels and of its serial port go to files.
 //
-//   node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE SERIAL_FILE
+//   node run.mjs IMAGE.uf2 SCENARIO.json LOG_FILE RECORDS_FILE SERIAL_FILE
 //
 // The scenario: {"secs": 12, "flash": [{"address": 269516800, "file": "robot.bin"}], "events": [{"s": 0.5, "pin": "emergency_stop", "level": false}],
 // "volts": [{"mean": 1.5, "swing": 0.4, "hz": 1}], "hang_s": 3}. Pins of events: emergency_stop, button, foot_switch. `volts` has an entry a sensor.
-// At `hang_s` the processor is stopped for good. An event {"s": 1, "usb": "send", "bytes": [1, 2]} is one of the host (host.mjs).
+// At `hang_s` the processor is stopped for good. With `unread` the channels are read at the end alone. An event {"s": 1, "usb": "send", "bytes": [1, 2]} is one of the host (host.mjs).
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { AT_REST, PINS, SUPPLY_V } from './board.mjs';
@@ -13,9 +13,9 @@ import { Host } from './host.mjs';
 
 const MS = 1e6;
 
-const [imageFile, scenarioFile, rttFile, serialFile] = process.argv.slice(2);
+const [imageFile, scenarioFile, logFile, recordsFile, serialFile] = process.argv.slice(2);
 if (serialFile === undefined) {
-  console.error('usage: node run.mjs IMAGE.uf2 SCENARIO.json RTT_FILE SERIAL_FILE');
+  console.error('usage: node run.mjs IMAGE.uf2 SCENARIO.json LOG_FILE RECORDS_FILE SERIAL_FILE');
   process.exit(2);
 }
 const scenario = JSON.parse(readFileSync(scenarioFile));
@@ -75,9 +75,12 @@ for (let now = 0; now < end; ) {
     levels[pin] = level;
     chip.mcu.gpio[PINS[pin]].setInputValue(level);
   }
-  chip.drain();
+  if (!scenario.unread) chip.drain();
 }
-writeFileSync(rttFile, Buffer.from(chip.log));
+// What is still there of channels that nobody has read.
+chip.drain();
+writeFileSync(logFile, Buffer.from(chip.channels[0]));
+writeFileSync(recordsFile, Buffer.from(chip.channels[1]));
 writeFileSync(serialFile, Buffer.from(host.received));
 const named = (pin) => edges[pin];
 console.log(

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use footfall::board::image::Image;
+use footfall::board::transport::{Heard, Transport};
 use serde_json::{Value, json};
 use wire::Record;
 
-use crate::board::{Booted, take};
-use footfall::board::telemetry::record_in;
+use crate::board::Booted;
 
 /// A run.
 #[derive(Debug)]
@@ -59,7 +59,7 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
     let mut node = Command::new("node");
     node.arg(emulator().join("run.mjs"))
         .arg(path("FOOTFALL_PICO_UF2"))
-        .args(["scenario.json", "log.rtt", "serial"].map(file));
+        .args(["scenario.json", "log", "records", "serial"].map(file));
     let output = node.output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let ran: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -72,7 +72,11 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
         value.as_array().expect("a list").iter().map(|text| text.as_str().expect("text").to_owned()).collect()
     };
     PicoRan {
-        boots: boots(&image, &std::fs::read(file("log.rtt")).expect("a log")),
+        boots: boots(
+            &image,
+            &std::fs::read(file("log")).expect("a log"),
+            &std::fs::read(file("records")).expect("records"),
+        ),
         servos,
         rail: numbers(&ran["servo_rail_ns"]),
         resets: ran["resets"].as_array().expect("a list").iter().map(reset).collect(),
@@ -83,21 +87,26 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
     }
 }
 
-/// What was logged, with a boot for each line that names the reset: it is the first of a boot.
-fn boots(image: &Image, log: &[u8]) -> Vec<Booted> {
+/// What was logged and reported, with a boot for each boot record. The first line of a boot names the reset.
+fn boots(image: &Image, log: &[u8], records: &[u8]) -> Vec<Booted> {
+    let mut boots: Vec<Booted> = Vec::new();
+    let pushed = Transport::default().push(records, |heard| match heard {
+        Heard::Record(record) => {
+            if matches!(record, Record::Boot(_)) {
+                boots.push(Booted::default());
+            }
+            boots.last_mut().expect("a boot record is the first").take(record);
+        }
+        Heard::Damaged => panic!("a damaged frame"),
+    });
+    pushed.unwrap_or_else(|error| panic!("{error}"));
     let mut decoder = image.decoder();
     decoder.push(log);
-    let mut boots: Vec<Booted> = Vec::new();
+    let mut lines = 0;
     while let Some(message) = decoder.message() {
-        // A reset cuts the frame that is being written.
-        let Ok(message) = message else { continue };
-        let is_first = matches!(record_in(&message.text), Some(Ok(Record::Boot(_))));
-        if is_first || boots.is_empty() {
-            boots.push(Booted::default());
-        }
-        take(boots.last_mut().expect("one was added"), &message);
+        let message = message.expect("whole frames");
+        lines += usize::from(message.text.contains(": reset "));
+        boots.get_mut(lines.saturating_sub(1)).expect("a boot for each line that names the reset").read(message);
     }
-    // The line before the first record is of no boot of its own.
-    boots.retain(|boot| boot.boot.is_some());
     boots
 }

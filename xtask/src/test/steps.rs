@@ -512,6 +512,7 @@ const IMAGE_TESTS: [&str; 27] = [
     "board_inputs",
     "board_lockstep",
     "board_serial",
+    "board_rtt",
     "board_trim",
     "bringup",
     "board_pulses",
