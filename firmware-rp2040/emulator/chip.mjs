@@ -1,14 +1,18 @@
-// The chip: loads a UF2 file into rp2040js, runs it, and keeps what a reset by the watchdog keeps.
+// The chip: rp2040js with its patches and with the boot ROM, which every reset begins in; and what a reset by the watchdog keeps.
 
 import { RP2040 } from 'rp2040js';
 import uf2 from 'uf2';
-import { patch } from './patches.mjs';
+import { patch, remember } from './patches.mjs';
+import { ROM } from './rom.mjs';
 
 const { decodeBlock, familyMap } = uf2;
 
-const FLASH = 0x10000000;
-const VECTORS = 0x10000100;
+/** First address of the flash, and what the Pico's has. */
+export const FLASH = 0x10000000;
+export const FLASH_BYTES = 2 << 20;
 const RAM = 0x20000000;
+/** The select line among the flash's pins, which is BOOTSEL too. */
+const SELECT = 1;
 
 /** What a UF2 file writes to flash: [address, bytes]. */
 export function pages(uf2) {
@@ -38,9 +42,10 @@ class Messages {
 }
 
 export class Chip {
-  /** `parts`: what is in flash, [address, bytes]; `wire(mcu, chip)` connects the pins, also after a reset. */
-  constructor(parts, wire) {
+  /** `parts`: what is in flash, [address, bytes]; `wire(mcu, chip)` connects the pins, also after a reset; `bootsel`: the button is held. */
+  constructor(parts, wire, { bootsel = false } = {}) {
     this.wire = wire;
+    this.bootsel = bootsel;
     this.messages = new Messages();
     this.resets = [];
     this.rtt = null;
@@ -48,14 +53,22 @@ export class Chip {
     this.channels = [[], []];
     this.cycles = 0;
     this.start(new RP2040());
-    for (const [address, bytes] of parts) this.mcu.flash.set(bytes, address - FLASH);
+    this.write(parts);
     this.begin();
+  }
+
+  /** Puts bytes into flash, past the ROM. */
+  write(parts) {
+    for (const [address, bytes] of parts) this.mcu.flash.set(bytes, address - FLASH);
   }
 
   start(mcu) {
     this.mcu = mcu;
     mcu.logger = this.messages;
+    mcu.bootrom.set(ROM);
+    this.coreAtReset = remember([mcu.core, mcu.ppb], mcu);
     patch(mcu);
+    mcu.qspi[SELECT].setInputValue(!this.bootsel);
     const watchdog = mcu.peripherals[0x40058];
     watchdog.onWatchdogTrigger = () => {
       // Without this the alarm fires again for ever within one tick of the clock.
@@ -68,10 +81,18 @@ export class Chip {
   }
 
   begin() {
-    // The second boot stage and the ROM are left out: they set up the flash chip, which the emulator does not need.
-    this.mcu.core.VTOR = VECTORS;
     this.mcu.core.reset();
     this.rtt = null;
+  }
+
+  /** What a debugger's reset does, and the core's own by SYSRESETREQ: the core begins again, and nothing else of the chip does. */
+  resetCore() {
+    const { core } = this.mcu;
+    const { interruptNMIMask, pendingInterrupts } = core;
+    this.drain();
+    this.coreAtReset();
+    Object.assign(core, { interruptNMIMask, pendingInterrupts });
+    this.begin();
   }
 
   /** Emulated time since the start, ns. */
@@ -79,11 +100,12 @@ export class Chip {
     return this.mcu.clock.nanos;
   }
 
-  /** The watchdog's reset: RAM, flash, scratch registers and the reason stay. */
+  /** The watchdog's reset of all but the two oscillators: RAM, flash, scratch registers and the reason stay. */
   reset() {
     const { sram, flash, clock } = this.mcu;
     const { scratchData, reason } = this.watchdog;
     this.drain();
+    this.resetAt = clock.nanos;
     this.resets.push({ s: clock.nanos / 1e9, reason: reason === 1 ? 'timer' : 'force' });
     const next = new RP2040();
     next.clock.tick(clock.nanos);
