@@ -37,7 +37,8 @@ fn tables(all: &[Evidence]) -> String {
     if all.is_empty() {
         return "The folder is empty: no quantity has been measured on hardware so far.\n".into();
     }
-    let mut text = String::from("| board | chip id | date | verdict | refused | not measured |\n|---|---|---|---|---|---|\n");
+    let mut text =
+        String::from("| board | chip id | date | verdict | refused | not measured |\n|---|---|---|---|---|---|\n");
     for one in all {
         let names = |status| {
             let of: Vec<&str> =
@@ -56,8 +57,17 @@ fn tables(all: &[Evidence]) -> String {
         }
     }
     for ((board, name), of) in rows {
-        let mut numbers: Vec<f64> = of.iter().filter_map(|one| match one.value { Some(Value::Number(n)) => Some(n), _ => None }).collect();
-        let words = of.iter().filter_map(|one| match &one.value { Some(Value::Word(word)) => Some(word.clone()), _ => None });
+        let mut numbers: Vec<f64> = of
+            .iter()
+            .filter_map(|one| match one.value {
+                Some(Value::Number(n)) => Some(n),
+                _ => None,
+            })
+            .collect();
+        let words = of.iter().filter_map(|one| match &one.value {
+            Some(Value::Word(word)) => Some(word.clone()),
+            _ => None,
+        });
         numbers.sort_by(f64::total_cmp);
         let measured = numbers.len();
         let words: Vec<String> = words.collect();

@@ -43,7 +43,9 @@ pub(crate) fn bringup(options: &Options) -> Result<ExitCode> {
     };
     let chip_id = match &options.chip_id {
         Some(text) => text.clone(),
-        None => unique_id(options.board).context("the number of the chip cannot be read; name the board with --chip-id")?,
+        None => {
+            unique_id(options.board).context("the number of the chip cannot be read; name the board with --chip-id")?
+        }
     };
     let workspace = Workspace::open()?;
     let mut footfall = shell::command(workspace.footfall()?);
@@ -78,7 +80,8 @@ fn only(ports: &[PathBuf]) -> Result<PathBuf> {
 /// The unique number of the chip, 24 hexadecimal digits.
 fn unique_id(board: Board) -> Result<String> {
     probe::require()?;
-    let text = shell::stdout_of(shell::command("probe-rs").args(["read", "--chip", board.chip(), "b32", UNIQUE_ID, "3"]))?;
+    let text =
+        shell::stdout_of(shell::command("probe-rs").args(["read", "--chip", board.chip(), "b32", UNIQUE_ID, "3"]))?;
     digits_of(&text)
 }
 

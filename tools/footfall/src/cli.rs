@@ -4,9 +4,9 @@ pub mod examples;
 
 #[cfg(feature = "analysis")]
 use crate::command::{
-    basin, bifurcation, bringup, calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error,
-    hexapod, man, merge, obb, pack, phase_response, replay, reproduce, sample, save, smer, sync, tongue, trim, volts,
-    walk,
+    basin, bifurcation, bringup, calibrate, certify, check, completions, convert, defaults, entrain, figures, fit,
+    gait_error, hexapod, man, merge, obb, pack, phase_response, replay, reproduce, sample, save, smer, sync, tongue,
+    trim, volts, walk,
 };
 use crate::command::{record, set, watch};
 use crate::failure::Failure;

@@ -368,7 +368,9 @@ mod tests {
 
     #[test]
     fn a_value_is_judged_by_its_limits_and_its_uncertainty() {
-        let ppm = |value, half| Quantity::number("clock", value, "ppm").within(Some(-500.0), Some(500.0), "x").uncertain(half);
+        let ppm = |value, half| {
+            Quantity::number("clock", value, "ppm").within(Some(-500.0), Some(500.0), "x").uncertain(half)
+        };
         assert_eq!(
             [ppm(20.0, 30.0), ppm(490.0, 30.0), ppm(520.0, 30.0), ppm(540.0, 30.0), ppm(f64::NAN, 1.0)]
                 .map(|one| one.status),

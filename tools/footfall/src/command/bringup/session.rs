@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use firmware::board::{BOARDS, Board as Table};
 use firmware::timing::LATE_US;
 use firmware_shared::liveness::WORST_BITE_US;
-use hgod_adc::stm32f4::MAX_SUPPLY;
 use hgod_adc::HealthConfig;
+use hgod_adc::stm32f4::MAX_SUPPLY;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
 use joint_loop::tuning::{Action, Outcome};
 use joint_loop::{BoardFaults, Cause, SupervisorState};
@@ -29,6 +29,8 @@ const PULSES_S: f64 = 1.5;
 const CODES_S: f64 = 2.0;
 /// How long the line is watched after pulses have ended, s: 50 servo frames.
 const AFTER_S: f64 = 1.0;
+/// How long the button is left alone after a refusal, s: presses that come too often arm for 5 s no more (docs/boards.md).
+const BETWEEN_PRESSES_S: f64 = 5.5;
 /// Ticks of two servo frames: a pulse that the board reports goes to the servo in the next frame, which has ended by then.
 const TWO_FRAMES: u32 = 40;
 /// Distances of the measured pulses from that of the park pose, us. The way between two of them takes half a second.
@@ -42,7 +44,8 @@ const WIDTH: &str = "two time stamps in steps of 1 us (firmware/src/sync_input.r
 const DEAD_BAND: &str = "no servo of docs/servos.md turns by less than its dead band, 4 us; a stamp is late while the log masks the interrupts, so it judges the middle half of the pulses";
 const PERIOD: &str = "hazards.toml H26: 50 Hz within 0.01 %";
 const END: &str = "hazards.toml H07: the outputs go off at the end of a pulse, 2.5 ms later at most; and the tick that reports it, 1 ms";
-const STOP: &str = "hazards.toml H56: 1 ms; and the latest start of the tick that reads the stop, firmware/src/timing.rs: 0.1 ms";
+const STOP: &str =
+    "hazards.toml H56: 1 ms; and the latest start of the tick that reads the stop, firmware/src/timing.rs: 0.1 ms";
 const SILENT: &str = "hazards.toml H56, H30: the line stays low";
 const BITE: &str = "hazards.toml H08: 38 ms; 10 ms from frame to frame before the halt; 20 ms in which the board boots (first tick after 10 ms) and its first record goes through telemetry and port";
 const FAULT: &str = "hazards.toml H04: registers that differ from what was written are a fault";
@@ -50,7 +53,8 @@ const CLOCK: &str = "firmware/src/board/mod.rs, duties of a board: the crystal i
 const LOW_RAIL: &str = "hgod-adc/src/health.rs: a code below the end band shows a wire at ground";
 const HIGH_RAIL: &str = "hgod-adc/src/health.rs: a code above the end band shows a wire at the supply";
 const LSI: &str = "hazards.toml H32: 17 to 47 kHz, and the error of the measurement";
-const SUPPLY: &str = "the board's minimum in its boot record, and the most that the chip may have (hgod-adc/src/stm32f4.rs)";
+const SUPPLY: &str =
+    "the board's minimum in its boot record, and the most that the chip may have (hgod-adc/src/stm32f4.rs)";
 const DIE: &str = "firmware/src/crystal.rs: the range of temperature in which the chip's oscillators are specified";
 const TICK: &str = "hazards.toml H19: less than a quarter of the period";
 const START: &str = "firmware/src/timing.rs: a tick that starts later is late";
@@ -85,6 +89,8 @@ pub(super) struct Session<'a, W> {
     versions: Versions,
     /// The board's own minimum of its supply, V.
     min_supply_v: Option<f64>,
+    /// The emergency stop was not tested since the boot, as far as is known.
+    is_untested: bool,
     /// Tick of the last pulse that was asked for again.
     jogged: u32,
     found: Vec<Quantity>,
@@ -112,6 +118,7 @@ impl<'a, W: Write> Session<'a, W> {
             step: 0,
             versions,
             min_supply_v: None,
+            is_untested: false,
             jogged: 0,
             found: Vec::new(),
         }
@@ -221,7 +228,9 @@ impl<'a, W: Write> Session<'a, W> {
         while Instant::now() < until {
             self.board.listen_through_loss()?;
             if let Some((at, boot)) = self.board.boot() {
-                return Ok(Some((at, boot.clone())));
+                let boot = boot.clone();
+                self.is_untested = true;
+                return Ok(Some((at, boot)));
             }
         }
         Ok(None)
@@ -339,7 +348,11 @@ impl<'a, W: Write> Session<'a, W> {
         let lowest = volts.iter().copied().reduce(f64::min);
         add(supply, lowest, &|volts| {
             Quantity::number(supply, (volts * 1e3).round() / 1e3, "V")
-                .within(self.min_supply_v.or(Some(f64::from(table.min_supply.0))).map(|v| (v * 1e3).round() / 1e3), Some((f64::from(MAX_SUPPLY.0) * 1e3).round() / 1e3), SUPPLY)
+                .within(
+                    self.min_supply_v.or(Some(f64::from(table.min_supply.0))).map(|v| (v * 1e3).round() / 1e3),
+                    Some((f64::from(MAX_SUPPLY.0) * 1e3).round() / 1e3),
+                    SUPPLY,
+                )
                 .noted("the lowest mean of a second, by the internal reference of the chip")
         });
         let degrees = board.environments().filter_map(|one| one.die_c).last().map(f64::from);
@@ -355,9 +368,11 @@ impl<'a, W: Write> Session<'a, W> {
         });
         let counts = last.late.wrapping_sub(first.late).wrapping_add(last.missed.wrapping_sub(first.missed));
         add(late, Some(f64::from(counts)), &|count| Quantity::number(late, count, "").within(None, Some(0.0), LATE));
-        all.push(Quantity::word(crystal, "accepted").allowing("accepted", "hazards.toml H26: a board whose crystal is refused stays off").noted(
-            "the board runs, so it took its crystal by its own oscillator, which may be off by -8 to 4.5 %",
-        ));
+        all.push(
+            Quantity::word(crystal, "accepted")
+                .allowing("accepted", "hazards.toml H26: a board whose crystal is refused stays off")
+                .noted("the board runs, so it took its crystal by its own oscillator, which may be off by -8 to 4.5 %"),
+        );
         let mut add = |name: &str, value: Option<f64>, of: &dyn Fn(f64) -> Quantity| {
             all.push(value.map_or_else(|| Quantity::not_measured(name, "the board reported none"), of));
         };
@@ -409,23 +424,45 @@ impl<'a, W: Write> Session<'a, W> {
         match self.board.ask(Action::Trim { joint })? {
             Outcome::Staged => {}
             Outcome::NotAtRest => {
-                let said = "it is not at rest: hold its button for half a second to acknowledge a fault or to end a motion";
+                let said =
+                    "it is not at rest: hold its button for half a second to acknowledge a fault or to end a motion";
                 return Ok(Err(said.into()));
             }
             other => return Ok(Err(format!("it refuses a trim: {}", other.name()))),
         }
-        self.say("  now: after a boot press the emergency stop and release it; then hold the button for half a second")?;
-        self.board.forget();
         let until = Instant::now() + Duration::from_secs(PATIENCE_S);
-        while Instant::now() < until {
-            self.board.listen()?;
-            if self.board.state() == Some(SupervisorState::Trimming) {
-                return Ok(Ok(()));
+        let mut refused: Option<(SupervisorState, Cause)> = None;
+        loop {
+            self.say(if self.is_untested {
+                "  now: press the emergency stop and release it; then hold the button for half a second"
+            } else {
+                "  now: hold the button for half a second"
+            })?;
+            self.board.forget();
+            loop {
+                self.board.listen()?;
+                if self.board.state() == Some(SupervisorState::Trimming) {
+                    self.is_untested = false;
+                    return Ok(Ok(()));
+                }
+                if let Some(change) = self.board.changes().next_back().filter(|change| change.cause != Cause::None) {
+                    refused = Some((change.state, change.cause));
+                    break;
+                }
+                if Instant::now() >= until {
+                    let why: Vec<&str> = self.board.refused().collect();
+                    let cause = refused.map_or("none", |(_, cause)| cause.name());
+                    return Ok(Err(format!("it gives no pulses; cause {cause} {}", why.join("; "))));
+                }
             }
+            let Some((state, cause)) = refused else { continue };
+            if state == SupervisorState::Fault {
+                return Ok(Err(format!("fault, cause {}: a hold of the button acknowledges it", cause.name())));
+            }
+            self.is_untested |= cause == Cause::StopUntested;
+            self.say(format_args!("  refused, cause {}: wait", cause.name()))?;
+            self.board.listen_for(BETWEEN_PRESSES_S)?;
         }
-        let refused: Vec<&str> = self.board.refused().collect();
-        let cause = self.board.changes().next_back().map(|change| change.cause.name());
-        Ok(Err(format!("it gives no pulses; cause {}; {}", cause.unwrap_or("none"), refused.join("; "))))
     }
 
     /// Moves the pulse of the joint, and collects pulses at the line for a while; pulses and the commanded width.
@@ -498,16 +535,20 @@ impl<'a, W: Write> Session<'a, W> {
         let pin = table.servos[joint as usize].name;
         let (mut all, mut parked) = (Vec::new(), None);
         for way in WAYS_US {
-            let goal = parked.filter(|_| way > 0).map(|parked: u16| {
-                if parked < MIDDLE_US { parked + way } else { parked - way }
-            });
+            let goal = parked.filter(|_| way > 0).map(
+                |parked: u16| {
+                    if parked < MIDDLE_US { parked + way } else { parked - way }
+                },
+            );
             let (pulses, commanded) = match self.pulses_at(joint, goal)? {
                 Ok(found) => found,
                 Err(Ended::Why(why)) => return Ok(Err(why)),
                 // The board found it itself: this is a result.
                 Err(Ended::Board(SupervisorState::Fault, cause)) if cause != Cause::BreakInput => {
-                    let missing = [median, middle, period, end].map(|name| Quantity::not_measured(&**name, "the board ended the pulses"));
-                    let fault = Quantity::word(format!("fault of the board, {}", joint.name()), cause.name()).allowing("none", FAULT);
+                    let missing = [median, middle, period, end]
+                        .map(|name| Quantity::not_measured(&**name, "the board ended the pulses"));
+                    let fault = Quantity::word(format!("fault of the board, {}", joint.name()), cause.name())
+                        .allowing("none", FAULT);
                     return Ok(Ok([vec![fault], missing.into()].concat()));
                 }
                 Err(Ended::Board(state, cause)) => {
@@ -534,7 +575,8 @@ impl<'a, W: Write> Session<'a, W> {
         self.board.forget();
         self.board.ask(Action::Stop)?;
         self.board.listen_for(AFTER_S)?;
-        let stopped = self.board.changes().find(|change| change.state == SupervisorState::TrimReady).map(|change| change.tick);
+        let stopped =
+            self.board.changes().find(|change| change.state == SupervisorState::TrimReady).map(|change| change.tick);
         let after = stopped.map(|tick| {
             let last = self.board.edges().map(edge_us).max();
             // Before the tick of the stop: no pulse was running.
@@ -542,7 +584,11 @@ impl<'a, W: Write> Session<'a, W> {
         });
         let ended = after.map_or_else(
             || Quantity::not_measured(&**end, "the change of state did not come"),
-            |ms| Quantity::number(&**end, ms, "ms").within(None, Some(3.5), END).noted("last edge after the tick of the change of state"),
+            |ms| {
+                Quantity::number(&**end, ms, "ms")
+                    .within(None, Some(3.5), END)
+                    .noted("last edge after the tick of the change of state")
+            },
         );
         Ok(Ok(vec![
             Quantity::number(&**median, farthest(|found| found.median_us), "us")
@@ -573,25 +619,19 @@ impl<'a, W: Write> Session<'a, W> {
             }
             session.say("  now: press the emergency stop, and hold it for a second")?;
             let until = Instant::now() + Duration::from_secs(PATIENCE_S);
-            let pressed = loop {
+            while session.board.state() == Some(SupervisorState::Trimming) && Instant::now() < until {
                 session.board.listen()?;
-                let mut calls = session.board.calls();
-                let found = calls.find(|(_, call)| call.flags.faults().contains(BoardFaults::BREAK_INPUT));
-                if let Some((tick, _)) = found {
-                    break Some(tick);
-                }
-                drop(calls);
                 // The board ends a trim whose host is silent.
-                let silent = session.board.state() != Some(SupervisorState::Trimming);
-                if silent || Instant::now() >= until {
-                    break None;
-                }
                 session.keep_trimming(JOINT)?;
-            };
+            }
+            // The inputs of the tick come after the frame that shows what followed, and the edges after both.
+            session.board.listen_for(AFTER_S)?;
+            let pressed = session.board.calls().find(|(_, call)| call.flags.faults().contains(BoardFaults::BREAK_INPUT));
+            let pressed = pressed.map(|(tick, _)| tick);
             let Some(tick) = pressed else {
+                session.disarm()?;
                 return Ok(Err("the board did not see the emergency stop".into()));
             };
-            session.board.listen_for(AFTER_S)?;
             let tick_us = i64::from(tick) * 1_000;
             let last = session.board.edges().map(edge_us).filter(|us| *us <= tick_us + i64::from(LATE_US)).max();
             let later = session.board.edges().filter(|edge| edge_us(edge) > tick_us + i64::from(LATE_US)).count();
@@ -629,7 +669,8 @@ impl<'a, W: Write> Session<'a, W> {
     fn watchdog(&mut self) -> Result<(), Failure> {
         const JOINT: Joint = Joint::RightKnee;
         const NAMES: [&str; 3] = ["halt to the next boot", "reset by the watchdog", "edges after the watchdog's reset"];
-        let to_do = "Needs a debug probe; without one skip this step. Make ready to halt the core with it (OpenOCD: `halt`).";
+        let to_do =
+            "Needs a debug probe; without one skip this step. Make ready to halt the core with it (OpenOCD: `halt`).";
         self.attempt("watchdog", to_do, &NAMES, |session| {
             if let Err(why) = session.arm(JOINT)? {
                 return Ok(Err(why));
@@ -655,6 +696,7 @@ impl<'a, W: Write> Session<'a, W> {
                 session.disarm()?;
                 return Ok(Err(format!("the board was not reset within {PATIENCE_S} s")));
             };
+            session.is_untested = true;
             session.board.forget();
             session.board.listen_for(AFTER_S)?;
             let later = session.board.edges().count();
