@@ -140,7 +140,7 @@ impl Case<'_> {
         assert_eq!((&result["good"], &result["edges"]), (&Value::Bool(true), &Value::from(0)), "{name}: {result}");
         assert_eq!(result["drives_s"], serde_json::json!([]), "{name}");
         assert_eq!(result["resets"], serde_json::json!([self.cause.1.name()]), "{name}: one reset");
-        let log = BootLog::read(result["log"].as_str().expect("a log"), image);
+        let log = BootLog::read(&result["log"], image);
         let [boot] = &log.boots[..] else { panic!("{name}: {} boot records", log.boots.len()) };
         assert_eq!((boot.reset, boot.streak), (self.cause.1, self.streak()), "{name}");
         let mut wanted: Vec<Subject> =

@@ -271,8 +271,8 @@ fn the_tenth_lost_tick_of_a_second_is_a_fault() {
     }
 }
 
-/// At rest, a contact that is open for 245 ms of every 500: each line for people, two a second, meets it closed. One more line a second says how often the
-/// validity changed and how long it was not good, however often that was, and the record has the counts of the host's loop.
+/// At rest, a contact that is open for 245 ms of every 500: some of the lines for people, ten a second, meet it closed and some open. One more line a second
+/// says how often the validity changed and how long it was not good, however often that was, and the record has the counts of the host's loop.
 fn a_contact_that_is_open_half_the_time_is_in_the_log() {
     const SECS: u32 = 8;
     let folder = tempfile::tempdir().expect("a folder");
@@ -289,15 +289,16 @@ fn a_contact_that_is_open_half_the_time_is_in_the_log() {
     options.push(file.into());
     let ran = Board::find().run(options);
     let boot = &ran.boots[0];
-    let lines: Vec<&String> = boot.log.iter().filter(|line| line.starts_with("disarmed: sensor")).collect();
-    assert!(lines.len() > 12 && lines.iter().all(|line| line.contains(" deg good,")), "{lines:?}");
+    let lines: Vec<&String> = boot.log.iter().filter(|line| line.starts_with("disarmed: hips")).collect();
+    let good = lines.iter().filter(|line| line.contains(" good,")).count();
+    assert!(lines.len() > 60 && (20..lines.len() - 20).contains(&good), "{lines:?}");
     let last = counted(&ran);
     let before = boot.conditions.iter().rfind(|one| one.tick + 1_000 <= last.tick).expect("a second before");
     let [Some(now), Some(then)] = [last, *before].map(|one| one.sensors[0]) else { panic!("one sensor") };
     let second = now.counts().since(&then.counts());
     let (not_good_ms, most) = second.not_good();
     report!(
-        "{} lines say good; in a second {} changes, {not_good_ms} ms not good, most {most}",
+        "{good} of {} lines say good; in a second {} changes, {not_good_ms} ms not good, most {most}",
         lines.len(),
         second.changes
     );

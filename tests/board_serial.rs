@@ -1,7 +1,7 @@
 //! Requests to the flashed image on the virtual board, through its serial port: they take effect at the tick that is acknowledged, inside the
 //! limits and as on the host, bit for bit; what is malformed changes nothing; and nothing arms.
 
-use footfall::board::lines::{self, BoardLine};
+use footfall::board::lines::{self, BoardLine, RECORDS};
 use footfall_tests::board::Board;
 use footfall_tests::degraded::Random;
 use footfall_tests::gestures::{self, ARM};
@@ -345,13 +345,12 @@ fn the_raw_log_is_watched_through_a_server() {
     let ran = Board::find().run(["--secs", "3", "--press", ARM]);
     let mut log = Vec::new();
     for line in ran.output.lines() {
-        if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {
+        if let BoardLine::Rtt { channel: RECORDS, bytes, .. } = lines::parse(line).expect("a line") {
             log.extend(bytes);
         }
     }
     let server = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = format!("tcp:{}", server.local_addr().expect("an address"));
-    let elf = std::env::var("FOOTFALL_ELF").expect("FOOTFALL_ELF");
     // The second connection begins in the middle of a frame.
     let serving = std::thread::spawn(move || {
         for from in [0, log.len() / 2 + 3] {
@@ -361,7 +360,7 @@ fn the_raw_log_is_watched_through_a_server() {
     });
     let watch = || {
         let mut command = Command::new(std::env::var_os("FOOTFALL_BIN").expect("FOOTFALL_BIN"));
-        let output = command.args(["watch", "--json", "--rtt", &address, "--elf", &elf]).output().expect("it runs");
+        let output = command.args(["watch", "--json", "--rtt", &address]).output().expect("it runs");
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).expect("text");
         let objects = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("an object"));

@@ -6,12 +6,14 @@ use footfall_tests::board::{Board, Ran};
 use footfall_tests::gestures::{ARM, STOP_TEST};
 use footfall_tests::recordings::default_volts_file;
 use serde_json::Value;
+use servo_model::{DataSheet, Servo};
 use test_suite::{report, tests};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
         in_a_walk_the_joints_stay_inside_their_ranges(Image),
         at_arming_a_joint_turns_to_the_park_pose_at_full_speed(Image),
+        armed_again_a_digital_servo_does_not_jump(Image),
         a_cut_by_the_emergency_stop_turns_no_joint(Image),
         a_board_without_a_robot_record_has_no_servos(Image),
         a_run_that_is_meant_to_violate_and_does_not_fails(Image),
@@ -66,6 +68,61 @@ fn at_arming_a_joint_turns_to_the_park_pose_at_full_speed() {
             "{kind}: it arrives"
         );
     }
+}
+
+/// Scale of the default robot, us for a degree.
+const US_PER_DEGREE: f64 = 1000.0 / 90.0;
+const FRAME_S: f64 = 0.02;
+
+/// Highest speed over a servo frame, degrees/s, of a digital servo that stands at the first of these pulses and gets its supply with it.
+fn highest_speed(pulses: &[(f64, f64)]) -> f64 {
+    let (start_s, us) = pulses[0];
+    let mut servo = Servo::new(&DataSheet::FT_7235, US_PER_DEGREE, (us - 1500.0) / US_PER_DEGREE);
+    servo.set_supply(start_s, true);
+    let mut fastest = 0.0_f64;
+    for (start_s, us) in pulses {
+        let before = servo.angle();
+        servo.pulse(start_s + us * 1e-6, *us);
+        servo.advance(start_s + us * 1e-6 + FRAME_S);
+        fastest = fastest.max((servo.angle() - before).abs() / FRAME_S);
+    }
+    fastest
+}
+
+/// The emergency stop ends a walk; the supply goes with the pulses, and comes with those of the next arming. A digital servo starts meanwhile: it finds the
+/// pulses where it stands, and follows them at the rate limit. Had they been held for two frames only, it would turn at its full speed.
+fn armed_again_a_digital_servo_does_not_jump() {
+    let again = ["--servo-at", "0,0,5,5", "--press", "3.4:0.4", "--press", "5.6:0.4"];
+    let ran = run("digital", "7.5", &[&["--emergency-stop", STOP_TEST, "2.7:0.2"][..], &again].concat());
+    ran.assert_sound();
+    let second = ran.pulses.iter().filter(|(at, us)| *at > 5.0 && us.iter().all(Option::is_some));
+    let second: Vec<(f64, [f64; 4])> = second.map(|(at, us)| (*at, us.map(|us| us.expect("checked")))).collect();
+    let (armed_s, first) = second[0];
+    // Up to the park pose: before the ramp.
+    let motion: Vec<_> = second.iter().filter(|(at, _)| *at < armed_s + 0.9).collect();
+    let (_, parked) = motion.last().expect("a motion");
+    let farthest = |joint: &usize| (first[*joint] - parked[*joint]).abs();
+    let joint = (0..4).max_by(|one, other| farthest(one).total_cmp(&farthest(other))).expect("four");
+    let turned = farthest(&joint) / US_PER_DEGREE;
+
+    let lines = angles(&ran);
+    let lines: Vec<_> = lines.iter().filter(|(at, ..)| (armed_s..armed_s + 0.9).contains(at)).collect();
+    let (_, before, _) = lines[0];
+    let (_, after, _) = lines.last().expect("lines");
+    assert!((after[joint] - before[joint]).abs() > 20.0, "nothing is shown: {before:?} to {after:?} degrees");
+    let speed = |two: &[&(f64, [f64; 4], [f64; 4])]| (two[1].1[joint] - two[0].1[joint]).abs() / (two[1].0 - two[0].0);
+    let fastest = lines.windows(2).map(speed).fold(0.0, f64::max);
+
+    let held: Vec<_> = motion.iter().map(|(at, us)| (*at, us[joint])).collect();
+    let resumed =
+        |at: f64| if at < armed_s + 0.04 { Some(at) } else { Some(at - 0.46).filter(|at| *at >= armed_s + 0.04) };
+    let two_frames: Vec<_> = held.iter().filter_map(|(at, us)| resumed(*at).map(|at| (at, *us))).collect();
+    let [with, without] = [highest_speed(&held), highest_speed(&two_frames)];
+    report!(
+        "joint {joint} turns {turned:.0} degrees to the park pose: at {fastest:.0} degrees/s at most, by its pulses {with:.0}; held for two frames {without:.0}"
+    );
+    assert!(fastest < 530.0 && with < 530.0, "the joint turns at {fastest} degrees/s, by its pulses {with}");
+    assert!(without > 600.0, "{without} degrees/s");
 }
 
 /// The stop at 20 moments of the pulses of a frame.

@@ -6,12 +6,12 @@
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
-use firmware_rp2040::board::{BOARD, GENERATOR_SECTOR, SENSORS_SECTOR};
+use firmware_rp2040::board::{BOARD, GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
 use firmware_rp2040::timing::CORE_MHZ;
 use firmware_rp2040::watchdog_time::TIMEOUT_US;
 use footfall::board::transport::{Heard, Transport};
 use footfall_tests::campaign::faults_file;
-use footfall_tests::pico::{PicoRan, emulator, run};
+use footfall_tests::pico::{PicoImage, PicoRan, emulator, run, run_image};
 use footfall_tests::workspace::root;
 use generator_file::file::GeneratorFile;
 use hgod_adc::Validity;
@@ -26,11 +26,16 @@ use wire::{MAX_FRAME_BYTES, Record, Reset, Subject, frame_request};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
+        the_documented_first_walk_walks_from_the_drive_of_the_boot_rom(PicoImage),
+        the_documented_shadow_walk_moves_no_pin(PicoImage),
+        the_boot_rom_loses_pages_of_a_file_whose_sectors_are_not_whole(PicoImage),
+        a_core_that_a_debugger_resets_is_no_crash(PicoImage),
         it_walks_ten_seconds_as_the_host_computes(PicoImage),
         its_ticks_are_on_time_with_margin(PicoImage),
         its_pulses_are_those_of_the_loop(PicoImage),
         no_servo_line_moves_before_it_is_armed(PicoImage),
         it_says_at_boot_what_the_chip_has_not(PicoImage),
+        channels_that_nobody_reads_keep_whole_frames(PicoImage),
         it_does_not_arm_before_the_stop_is_tested(PicoImage),
         the_emergency_stop_cuts_supply_and_pulses(PicoImage),
         a_hang_is_reset_by_the_watchdog(PicoImage),
@@ -74,6 +79,88 @@ fn scenario(secs: f64) -> Value {
             event(ARMED_S, "button", true),
         ],
     })
+}
+
+/// A scenario that begins at the drive of the boot ROM, with a flash that is full of zeros: what the ROM does not erase stays zero.
+fn from_the_drive(mut scenario: Value) -> Value {
+    scenario["drive"] = json!({"old": 0});
+    scenario
+}
+
+/// What a run from the drive shows of the ROM, whatever the program does.
+fn the_rom_wrote_it(ran: &PicoRan) {
+    assert_eq!(ran.drive.files, ["INDEX   HTM", "INFO_UF2TXT"]);
+    assert!(ran.drive.info.contains("\nBoard-ID: RPI-RP2\n"), "{}", ran.drive.info);
+    assert!(ran.drive.flash_differs.is_empty(), "{:#x?}", ran.drive.flash_differs);
+    // The ROM restarts the chip by the watchdog, which is no crash.
+    assert_eq!(ran.resets, [(0.0, "timer".to_owned())]);
+    let [boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+    let record = boot.boot.as_ref().expect("a boot record");
+    assert_eq!((record.reset, record.streak), (Reset::PowerOn, 0));
+    assert!(boot.refused.is_empty(), "{:?}", boot.refused);
+}
+
+/// The last file that the commands of docs/pico.md write to the drive: with the robot and the generator of the commands, without a sensor.
+fn the_documented_first_walk_walks_from_the_drive_of_the_boot_rom() {
+    let mut scenario = from_the_drive(scenario(6.0));
+    // Nobody holds a goniometer: an open pin.
+    scenario["volts"] = json!([]);
+    let ran = run_image(&PicoImage::of_the_first_walk("walk"), &scenario, &[]);
+    the_rom_wrote_it(&ran);
+    let boot = &ran.boots[0];
+    assert_eq!(begun(&ran, SupervisorState::Walking).len(), 1, "{:?}", boot.changes);
+    let file = GeneratorFile::read(&root().join("samples/generator.toml")).expect("a shape");
+    let host = boot.replay(&file.set.config());
+    for frame in &boot.ticks {
+        assert_eq!(frame, &wire::Frame::from(&host[frame.tick as usize - 1]), "tick {}", frame.tick);
+    }
+    let last = boot.ticks.last().expect("frames");
+    assert_eq!((last.state, last.missed, last.late), (SupervisorState::Walking, 0, 0));
+    assert!(ran.servos.iter().all(|line| line[0] > ARMED_S * 1e9 && line.len() > 2 * 200), "pulses of each servo");
+    assert_eq!(ran.rail.len(), 1, "{:?}", ran.rail);
+}
+
+fn the_documented_shadow_walk_moves_no_pin() {
+    let ran = run_image(&PicoImage::of_the_first_walk("shadow"), &from_the_drive(scenario(4.0)), &[]);
+    the_rom_wrote_it(&ran);
+    assert_eq!(begun(&ran, SupervisorState::Walking).len(), 1, "{:?}", ran.boots[0].changes);
+    assert!(ran.servos.iter().all(Vec::is_empty) && ran.rail.is_empty());
+}
+
+/// The erratum that the whole sectors of our files are for: it shows that the ROM of the test has it.
+fn the_boot_rom_loses_pages_of_a_file_whose_sectors_are_not_whole() {
+    let usual = std::fs::read(PicoImage::usual().uf2).expect("the file");
+    // The first 21 pages of the program and the first one of the robot's record, as a file of their own.
+    let word = |block: &[u8], at: usize| u32::from_le_bytes(block[at..at + 4].try_into().expect("a word"));
+    let robot = usual.chunks(512).find(|block| word(block, 12) == ROBOT_SECTOR).expect("the robot's record");
+    let mut file = [&usual[..21 * 512], robot].concat();
+    for (number, block) in (0_u32..).zip(file.chunks_mut(512)) {
+        block[20..24].copy_from_slice(&number.to_le_bytes());
+        block[24..28].copy_from_slice(&22_u32.to_le_bytes());
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = PicoImage { uf2: folder.path().join("short.uf2"), ..PicoImage::usual() };
+    std::fs::write(&image.uf2, file).expect("written");
+    let ran = run_image(&image, &from_the_drive(scenario(0.0)), &[]);
+    assert_eq!(ran.drive.flash_differs, [ROBOT_SECTOR]);
+}
+
+/// A debugger resets the core alone: the pulses go on until the program drives the lines low, and REASON still has the restart by the ROM.
+fn a_core_that_a_debugger_resets_is_no_crash() {
+    const AT_S: f64 = 4.0;
+    /// The ROM, the copy of the program to RAM, at the clock that goes on.
+    const LOW_AGAIN_NS: f64 = AT_S * 1e9 + 10e6;
+    let mut scenario = from_the_drive(scenario(4.3));
+    scenario["events"].as_array_mut().expect("a list").push(json!({"s": AT_S, "core_reset": true}));
+    let ran = run(&scenario, &[]);
+    assert_eq!(ran.resets.len(), 1, "the watchdog has not reset the chip: {:?}", ran.resets);
+    let [_, boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+    let record = boot.boot.as_ref().expect("a boot record");
+    assert_eq!((record.reset, record.streak), (Reset::Software, 0));
+    assert!(record.last_outputs.as_ref().is_some_and(|last| last.on), "{:?}", record.last_outputs);
+    for line in ran.servos.iter().chain([&ran.rail]) {
+        assert!(line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < LOW_AGAIN_NS), "{line:?}");
+    }
 }
 
 /// The run that several tests look at.
@@ -178,6 +265,20 @@ fn it_says_at_boot_what_the_chip_has_not() {
     for words in ["no break input", "no measured supply", "no oscillator of the watchdog", "no view of a debugger"] {
         assert!(log.contains(words), "`{words}` in\n{log}");
     }
+}
+
+/// What does not fit into the RTT channels is dropped whole: the boot and what came after it, until each was full. (A damaged frame fails the run.)
+fn channels_that_nobody_reads_keep_whole_frames() {
+    let mut unread = scenario(4.0);
+    unread["unread"] = true.into();
+    let ran = run(&unread, &[]);
+    let [boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
+    let (first, last) = (boot.calls[0].0, boot.calls.last().expect("calls").0);
+    assert!(first == 1 && (200..2_000).contains(&last), "{first} to {last}");
+    assert!(boot.calls.iter().map(|(tick, _)| *tick).eq(first..=last), "a tick is missing");
+    assert!(boot.log[0].contains("reset power_on") && boot.log_times.is_sorted(), "{:?}", boot.log);
+    assert!(*boot.log_times.last().expect("lines") < 3.5, "{:?}", boot.log);
+    report!("{last} ticks and {} lines fit", boot.log.len());
 }
 
 fn it_does_not_arm_before_the_stop_is_tested() {
@@ -345,7 +446,7 @@ fn with_host() -> &'static PicoRan {
 /// What the host received: the records, and how many frames were damaged.
 fn received(ran: &PicoRan) -> (Vec<Record>, usize) {
     let (mut records, mut damaged) = (Vec::new(), 0);
-    let pushed = Transport::serial().push(&ran.serial, |heard| match heard {
+    let pushed = Transport::default().push(&ran.serial, |heard| match heard {
         Heard::Record(record) => records.push(record),
         _ => damaged += 1,
     });

@@ -63,6 +63,26 @@ fn first_pulse(kind: Kind) -> (f64, f64) {
     (now, fastest)
 }
 
+/// Time for which an arming at the last pulses holds them (`joint-loop/src/motion/start.rs`), s.
+const HELD_S: f64 = 0.5;
+/// Ramp of an arming at the park pose, s, and largest rate of a setpoint, degrees/s.
+const RAMP_S: f64 = 2.0;
+const RATE: f64 = 500.0;
+
+/// An arming 60 degrees from the park pose: the angle between the shaft and the first pulse that the servo takes, degrees, if the pulses are held for so long
+/// and then go to the park pose.
+fn first_taken(kind: Kind, held_s: f64) -> f64 {
+    let start_s = DataSheet::of(kind).start_up_s;
+    let frames = (start_s / FRAME_S).ceil();
+    (RATE * (frames * FRAME_S - held_s)).clamp(0.0, 60.0)
+}
+
+/// The same where the arming starts at the park pose, and the ramp leads the joint 60 degrees away.
+fn first_of_ramp(kind: Kind) -> f64 {
+    let x = DataSheet::of(kind).start_up_s / RAMP_S;
+    60.0 * (10.0 * x.powi(3) - 15.0 * x.powi(4) + 6.0 * x.powi(5))
+}
+
 /// Torque 0.1 s after the last pulse, with the supply and without it.
 fn after_silence(kind: Kind) -> [f64; 2] {
     let mut servo = standing(kind, 10.0);
@@ -94,6 +114,16 @@ fn table() -> String {
             format!("{time:.2} s, {speed:.0} degrees/s")
         },
     );
+    row(
+        "arming at the last pulses, 60 degrees from the park pose: angle by which the servo jumps to the first pulse that it takes",
+        &|kind| format!("{:.1} degrees", first_taken(kind, HELD_S)),
+    );
+    row("the same, if these pulses were held for two servo frames only", &|kind| {
+        format!("{:.1} degrees", first_taken(kind, 2.0 * FRAME_S))
+    });
+    row("the same at the park pose, where nothing is held, for a joint that walks 60 degrees from it", &|kind| {
+        format!("{:.1} degrees", first_of_ramp(kind))
+    });
     row("100 ms after the last pulse, the supply stays: torque that is left", &|kind| {
         format!("{:.0} %", after_silence(kind)[0] * 100.0)
     });
@@ -117,6 +147,14 @@ fn the_page_has_the_numbers_of_the_models() {
         "docs/servos.md is not up to date; FOOTFALL_WRITE_DOCS=1 writes it. The table is\n{}",
         table()
     );
+}
+
+/// The digital servo's start-up is inside of the time for which pulses are held.
+#[test]
+fn the_pulses_are_held_for_longer_than_a_servo_starts() {
+    for kind in KINDS {
+        assert!(DataSheet::of(kind).start_up_s + 2.0 * FRAME_S < HELD_S, "{kind:?}");
+    }
 }
 
 #[test]

@@ -1,14 +1,18 @@
-// The chip: loads a UF2 file into rp2040js, runs it, and keeps what a reset by the watchdog keeps.
+// The chip: rp2040js with its patches and with the boot ROM, which every reset begins in; and what a reset by the watchdog keeps.
 
 import { RP2040 } from 'rp2040js';
 import uf2 from 'uf2';
-import { patch } from './patches.mjs';
+import { patch, remember } from './patches.mjs';
+import { ROM } from './rom.mjs';
 
 const { decodeBlock, familyMap } = uf2;
 
-const FLASH = 0x10000000;
-const VECTORS = 0x10000100;
+/** First address of the flash, and what the Pico's has. */
+export const FLASH = 0x10000000;
+export const FLASH_BYTES = 2 << 20;
 const RAM = 0x20000000;
+/** The select line among the flash's pins, which is BOOTSEL too. */
+const SELECT = 1;
 
 /** What a UF2 file writes to flash: [address, bytes]. */
 export function pages(uf2) {
@@ -38,23 +42,33 @@ class Messages {
 }
 
 export class Chip {
-  /** `parts`: what is in flash, [address, bytes]; `wire(mcu, chip)` connects the pins, also after a reset. */
-  constructor(parts, wire) {
+  /** `parts`: what is in flash, [address, bytes]; `wire(mcu, chip)` connects the pins, also after a reset; `bootsel`: the button is held. */
+  constructor(parts, wire, { bootsel = false } = {}) {
     this.wire = wire;
+    this.bootsel = bootsel;
     this.messages = new Messages();
     this.resets = [];
     this.rtt = null;
-    this.log = [];
+    /** What came of the up channels of RTT: the log for people, the records. */
+    this.channels = [[], []];
     this.cycles = 0;
     this.start(new RP2040());
-    for (const [address, bytes] of parts) this.mcu.flash.set(bytes, address - FLASH);
+    this.write(parts);
     this.begin();
+  }
+
+  /** Puts bytes into flash, past the ROM. */
+  write(parts) {
+    for (const [address, bytes] of parts) this.mcu.flash.set(bytes, address - FLASH);
   }
 
   start(mcu) {
     this.mcu = mcu;
     mcu.logger = this.messages;
+    mcu.bootrom.set(ROM);
+    this.coreAtReset = remember([mcu.core, mcu.ppb], mcu);
     patch(mcu);
+    mcu.qspi[SELECT].setInputValue(!this.bootsel);
     const watchdog = mcu.peripherals[0x40058];
     watchdog.onWatchdogTrigger = () => {
       // Without this the alarm fires again for ever within one tick of the clock.
@@ -67,10 +81,18 @@ export class Chip {
   }
 
   begin() {
-    // The second boot stage and the ROM are left out: they set up the flash chip, which the emulator does not need.
-    this.mcu.core.VTOR = VECTORS;
     this.mcu.core.reset();
     this.rtt = null;
+  }
+
+  /** What a debugger's reset does, and the core's own by SYSRESETREQ: the core begins again, and nothing else of the chip does. */
+  resetCore() {
+    const { core } = this.mcu;
+    const { interruptNMIMask, pendingInterrupts } = core;
+    this.drain();
+    this.coreAtReset();
+    Object.assign(core, { interruptNMIMask, pendingInterrupts });
+    this.begin();
   }
 
   /** Emulated time since the start, ns. */
@@ -78,11 +100,12 @@ export class Chip {
     return this.mcu.clock.nanos;
   }
 
-  /** The watchdog's reset: RAM, flash, scratch registers and the reason stay. */
+  /** The watchdog's reset of all but the two oscillators: RAM, flash, scratch registers and the reason stay. */
   reset() {
     const { sram, flash, clock } = this.mcu;
     const { scratchData, reason } = this.watchdog;
     this.drain();
+    this.resetAt = clock.nanos;
     this.resets.push({ s: clock.nanos / 1e9, reason: reason === 1 ? 'timer' : 'force' });
     const next = new RP2040();
     next.clock.tick(clock.nanos);
@@ -111,7 +134,7 @@ export class Chip {
     }
   }
 
-  /** Takes what is in the first up-buffer of RTT. */
+  /** Takes what is in the up channels of RTT. */
   drain() {
     const { sram, sramView } = this.mcu;
     if (this.rtt === null) {
@@ -119,13 +142,16 @@ export class Chip {
       if (at < 0) return;
       this.rtt = at + 24;
     }
-    const field = (n) => sramView.getUint32(this.rtt + 4 * n, true);
-    const [buffer, size, write] = [field(1) - RAM, field(2), field(3)];
-    let read = field(4);
-    while (read !== write) {
-      this.log.push(sram[buffer + read]);
-      read = (read + 1) % size;
-    }
-    sramView.setUint32(this.rtt + 16, read, true);
+    this.channels.forEach((bytes, channel) => {
+      const at = this.rtt + 24 * channel;
+      const field = (n) => sramView.getUint32(at + 4 * n, true);
+      const [buffer, size, write] = [field(1) - RAM, field(2), field(3)];
+      let read = field(4);
+      while (read !== write) {
+        bytes.push(sram[buffer + read]);
+        read = (read + 1) % size;
+      }
+      sramView.setUint32(at + 16, read, true);
+    });
   }
 }

@@ -87,10 +87,12 @@ fn main() -> ! {
 /// A function of its own, as [`build_loop`]: the stack that it takes is free again afterwards.
 #[inline(never)]
 fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
-    // Drive the pins low, then read the reset cause, then start the clocks.
+    // Drive the pins low, then read the reset cause, then start the clocks. That resets the pins with nearly all other blocks: until they are driven
+    // again their pull-downs hold them.
     servo_pwm::drive_pins_low();
     let last_run = faults::last_run();
     let usb = clocks::start();
+    servo_pwm::drive_pins_low();
     stopwatch::start();
     lamps::start();
     let Built { joint_loop, check, boot, unnamed, sensors, built_in_robot, lacks_brown_out_reset } =

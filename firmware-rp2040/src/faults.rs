@@ -2,7 +2,7 @@
 //! again.
 
 use cortex_m_rt::exception;
-use embassy_rp::pac::{VREG_AND_CHIP_RESET, WATCHDOG};
+use embassy_rp::pac::{RESETS, VREG_AND_CHIP_RESET, WATCHDOG};
 use firmware_shared::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
 use wire::{LastOutputs, Reset};
 
@@ -31,17 +31,21 @@ pub(crate) fn die(record: Record) -> ! {
     watchdog::reset()
 }
 
-/// Reads the cause of the last reset.
+/// Reads the cause of the last reset; before any block but the pins is taken out of reset.
 fn reset_cause() -> Reset {
-    // Cleared by every reset but those of the watchdog (RP2040 datasheet, 4.7.6), so it comes first.
+    // REASON is cleared by every reset of the chip but those of the watchdog (RP2040 datasheet, 4.7.6). A reset of the core alone, as a debugger's,
+    // leaves it as it is, and the other blocks too: the PWM runs then.
+    let core_alone = !RESETS.reset().read().pwm();
     let watchdog = WATCHDOG.reason().read();
     let chip = VREG_AND_CHIP_RESET.chip_reset().read();
-    if watchdog.timer() {
+    if core_alone {
+        Reset::Software
+    } else if watchdog.timer() && watchdog::was_own() {
         Reset::IndependentWatchdog
-    } else if watchdog.force() {
+    } else if watchdog.force() && watchdog::was_own() {
         Reset::Software
     } else if chip.had_por() {
-        // Or a brown-out: the chip has one flag for both.
+        // Or a brown-out: the chip has one flag for both. Or the boot ROM has restarted the chip with what it has written.
         Reset::PowerOn
     } else {
         Reset::Pin

@@ -57,7 +57,8 @@ fn slice(half: usize) -> Channel {
     pac::PWM.ch(SLICES[half & 1])
 }
 
-/// Drives the four lines and the servo-rail enable low as plain outputs: the first action of the program, before the clocks start.
+/// Drives the four lines and the servo-rail enable low as plain outputs: the first action of the program, and again after the start of the clocks,
+/// in which the HAL resets the pins.
 pub(crate) fn drive_pins_low() {
     pins::out_of_reset();
     servo_rail::start();

@@ -215,10 +215,10 @@ mod logger {
             }
         }
 
-        /// Lets the encoder write.
-        fn encode(&mut self, write: impl FnOnce(&mut Encoder, &mut dyn FnMut(&[u8]))) {
+        /// The encoder, and what takes its bytes.
+        fn parts(&mut self) -> (&mut Encoder, impl FnMut(&[u8])) {
             let Self { encoder, end } = self;
-            write(encoder, &mut |bytes| *end = end.and_then(|end| CONTROL_BLOCK.text.stage(end, bytes)));
+            (encoder, |bytes: &[u8]| *end = end.and_then(|end| CONTROL_BLOCK.text.stage(end, bytes)))
         }
     }
 
@@ -229,7 +229,8 @@ mod logger {
             DEPTH.store(DEPTH.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
             Staged::of_first(|message| {
                 message.end = Some(CONTROL_BLOCK.text.written());
-                message.encode(|encoder, write| encoder.start_frame(write));
+                let (encoder, write) = message.parts();
+                encoder.start_frame(write);
             });
         }
 
@@ -238,12 +239,16 @@ mod logger {
         }
 
         unsafe fn write(bytes: &[u8]) {
-            Staged::of_first(|message| message.encode(|encoder, write| encoder.write(bytes, write)));
+            Staged::of_first(|message| {
+                let (encoder, write) = message.parts();
+                encoder.write(bytes, write);
+            });
         }
 
         unsafe fn release() {
             Staged::of_first(|message| {
-                message.encode(|encoder, write| encoder.end_frame(write));
+                let (encoder, write) = message.parts();
+                encoder.end_frame(write);
                 if let Some(end) = message.end {
                     CONTROL_BLOCK.text.show(end);
                 }

@@ -70,7 +70,8 @@ impl ProgramCheck {
                 None => {}
                 Some(Ok(())) => STATE.store(PROVEN, Ordering::Relaxed),
                 Some(Err(unproven)) => {
-                    let refuses = unproven.refuses(SEAL_REQUIRED);
+                    // A seal that was there at the first pass and is gone was changed.
+                    let refuses = unproven.refuses(SEAL_REQUIRED || state == PROVEN);
                     STATE.store(if refuses { WRONG } else { UNSEALED }, Ordering::Relaxed);
                     return refuses.then_some(unproven);
                 }

@@ -140,10 +140,11 @@ def test_the_result_has_arrays_and_angles(tmp_path: Path) -> None:
     lines = [
         {"type": "start", "elf_sha256": "00"},
         {"type": "boot", "t_s": 0.0, "cause": "power_on"},
-        {"type": "rtt", "t_s": 0.001, "hex": "0aff"},
+        {"type": "rtt", "t_s": 0.001, "channel": 1, "hex": "0aff"},
+        {"type": "rtt", "t_s": 0.001, "channel": 0, "hex": "0bfe"},
         {"type": "pulses", "t_s": 0.02, "us": [1500.0, 1400.0, None, 1700.0], "rail": True},
         {"type": "injected", "t_s": 0.03, "kind": "vdd", "symbol": "a dip"},
-        {"type": "rtt", "t_s": 0.002, "hex": "01"},
+        {"type": "rtt", "t_s": 0.002, "channel": 1, "hex": "01"},
         {"type": "status", "t_s": 0.1},
         dict(STEP, armed=True, rail=True, lamps=[{"t_s": 0.01, "pin": "PD12", "on": True}], deg=[0, 90, -90, 180], torque=[1, 1, 1, 1]),
     ]
@@ -215,12 +216,12 @@ def test_a_program_that_ends_or_is_another_one_is_an_error(tmp_path: Path) -> No
 
 def test_a_board_that_does_not_arm_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lamps = [{"pin": "PD14", "on": True}, {"pin": "PD12", "on": True}, {"pin": "PD12", "on": False}]
-    player = Player(tmp_path, [[{"type": "rtt", "hex": "0102"}, dict(STEP, lamps=lamps)], [STEP]])
+    player = Player(tmp_path, [[{"type": "rtt", "channel": 1, "hex": "0102"}, dict(STEP, lamps=lamps)], [STEP]])
     board = player.board()
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))
-    with pytest.raises(footfall.BoardError, match="lamps that are lit: PD14; .* `log` .* `footfall watch --elf .*firmware.elf --rtt ") as raised:
+    with pytest.raises(footfall.BoardError, match="lamps that are lit: PD14; .* `log` .* `footfall watch --rtt ") as raised:
         board.arm(step_s=0.01)
     assert raised.value.log == b"\x01\x02"
     assert not list(temporary.iterdir()), "no file is left behind"

@@ -10,9 +10,9 @@ use footfall::board::counters::Counters;
 use footfall::board::host_copy::begin;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
-use footfall::board::lines::{BoardLine, End};
+use footfall::board::lines::{BoardLine, End, RECORDS};
 use footfall::board::run::BoardRun;
-use footfall::board::telemetry::record_in;
+use footfall::board::transport::{Heard, Transport};
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::store::robot_record;
 use joint_loop::{Frame, GeneratorConfig, RecordName, RobotConfig, SENSORS};
@@ -123,6 +123,31 @@ impl Booted {
             see(&joints)
         });
         seen.collect()
+    }
+}
+
+impl Booted {
+    /// Takes a record.
+    pub(crate) fn take(&mut self, record: Record) {
+        match record {
+            Record::Boot(record) => self.boot = Some(record),
+            Record::Refused(refused) => self.refused.push(refused),
+            Record::Frame(frame) => self.ticks.push(frame),
+            Record::Inputs(inputs) => self.calls.extend(inputs.ticks().map(|(tick, call)| (tick, call.clone()))),
+            Record::Environment(environment) => self.environment.push(environment),
+            Record::Conditions(conditions) => self.conditions.push(conditions),
+            Record::Edge(edge) => self.edges.push(edge),
+            Record::Cost(cost) => self.costs.push(cost),
+            Record::Settings(settings) => self.settings.push(settings),
+            Record::Change(change) => self.changes.push(change),
+            Record::Answered(_) | Record::Port(_) => {}
+        }
+    }
+
+    /// Takes a line for people.
+    pub(crate) fn read(&mut self, message: Message) {
+        self.log_times.push(message.stamp_s.expect("every message has a time stamp"));
+        self.log.push(message.text);
     }
 }
 
@@ -251,20 +276,47 @@ impl Board {
         options: impl IntoIterator<Item = A>,
         host: impl FnOnce(PathBuf, Button) + Send,
     ) -> Ran {
-        let options = options.into_iter().map(|option| option.as_ref().to_owned()).chain(["--serial".into()]);
+        self.run_with_line(options, &["--serial"], "serial", |line, button| {
+            host(PathBuf::from(line["port"].as_str().expect("a name")), button);
+        })
+    }
+
+    /// The same with a server of RTT channel 1, as a debug probe's program has it, in place of the port: the host is given its source, `tcp:HOST:PORT`.
+    ///
+    /// # Panics
+    /// As [`Board::run_with_host`].
+    #[must_use]
+    pub fn run_with_probe<A: AsRef<OsStr>>(
+        &self,
+        options: impl IntoIterator<Item = A>,
+        host: impl FnOnce(String, Button) + Send,
+    ) -> Ran {
+        self.run_with_line(options, &["--rtt-server", "127.0.0.1:0"], "rtt_server", |line, button| {
+            host(format!("tcp:{}", line["address"].as_str().expect("an address")), button);
+        })
+    }
+
+    fn run_with_line<A: AsRef<OsStr>>(
+        &self,
+        options: impl IntoIterator<Item = A>,
+        more: &[&str],
+        kind: &str,
+        host: impl FnOnce(Value, Button) + Send,
+    ) -> Ran {
+        let options = options.into_iter().map(|option| option.as_ref().to_owned()).chain(more.iter().map(Into::into));
         self.run_beside(&with_generator(&GeneratorConfig::default_walk()), options.collect::<Vec<_>>(), |mut child| {
             let (console, output) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
             let console = Button(Arc::new(Mutex::new(console)));
             let mut lines = BufReader::new(output);
             let mut text = String::new();
-            while !text.contains("\"type\":\"serial\"") {
+            let named = format!("\"type\":\"{kind}\"");
+            while !text.contains(&named) {
                 assert!(lines.read_line(&mut text).expect("JSON is text") > 0, "the board names its port");
             }
             let line: Value = serde_json::from_str(text.lines().last().expect("a line")).expect("an object");
-            let port = PathBuf::from(line["port"].as_str().expect("a name"));
             std::thread::scope(|scope| {
                 let button = console.clone();
-                let host = scope.spawn(move || host(port, button));
+                let host = scope.spawn(move || host(line, button));
                 let waiting = scope.spawn(move || {
                     let ended = host.join();
                     console.command("quit");
@@ -336,7 +388,7 @@ impl Board {
 
     fn read(&self, parameters: &Parameters, output: String, code: Option<i32>, violates: bool) -> Ran {
         let mut session = BoardRun::new(&self.image, parameters.clone());
-        let mut decoder = self.image.decoder();
+        let (mut decoder, mut transport) = (self.image.decoder(), Transport::default());
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
         for text in output.lines() {
             let line = lines::parse(text).unwrap_or_else(|error| panic!("{error}"));
@@ -344,15 +396,23 @@ impl Board {
             match line {
                 BoardLine::Boot { t_s, cause } => {
                     decoder.restart();
+                    transport.restart();
                     boots.push(Booted { t_s, cause, ..Booted::default() });
                 }
-                BoardLine::Rtt { t_s, bytes } => {
+                BoardLine::Rtt { t_s, channel: RECORDS, bytes } => {
+                    let boot = boots.last_mut().expect("records come after a boot");
+                    let pushed = transport.push(&bytes, |heard| match heard {
+                        Heard::Record(record) => boot.take(record),
+                        Heard::Damaged => panic!("a damaged frame at {t_s} s"),
+                    });
+                    pushed.unwrap_or_else(|error| panic!("{error}"));
+                    boot.tick_times.resize(boot.ticks.len(), t_s);
+                }
+                BoardLine::Rtt { bytes, .. } => {
                     decoder.push(&bytes);
                     let boot = boots.last_mut().expect("a log comes after a boot");
                     while let Some(message) = decoder.message() {
-                        let message = message.expect("whole frames");
-                        take(boot, &message);
-                        boot.tick_times.resize(boot.ticks.len(), t_s);
+                        boot.read(message.expect("whole frames"));
                     }
                 }
                 BoardLine::Pulses { t_s, us } => pulses.push((t_s, us)),
@@ -376,26 +436,4 @@ impl Board {
 /// A board with this generator, and the default sensors.
 fn with_generator(generator: &GeneratorConfig) -> Parameters {
     Parameters::with_defaults(Some(*generator), None, RobotConfig::default_biped()).expect("the defaults are valid")
-}
-
-pub(crate) fn take(boot: &mut Booted, message: &Message) {
-    let Some(record) = record_in(&message.text) else {
-        let stamp_s = message.stamp_s.expect("every message has a time stamp");
-        boot.log.push(message.text.clone());
-        boot.log_times.push(stamp_s);
-        return;
-    };
-    match record.unwrap_or_else(|error| panic!("{error}")) {
-        Record::Boot(record) => boot.boot = Some(record),
-        Record::Refused(refused) => boot.refused.push(refused),
-        Record::Frame(frame) => boot.ticks.push(frame),
-        Record::Inputs(inputs) => boot.calls.extend(inputs.ticks().map(|(tick, call)| (tick, call.clone()))),
-        Record::Environment(environment) => boot.environment.push(environment),
-        Record::Conditions(conditions) => boot.conditions.push(conditions),
-        Record::Edge(edge) => boot.edges.push(edge),
-        Record::Cost(cost) => boot.costs.push(cost),
-        Record::Settings(settings) => boot.settings.push(settings),
-        Record::Change(change) => boot.changes.push(change),
-        Record::Answered(_) | Record::Port(_) => {}
-    }
 }

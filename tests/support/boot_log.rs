@@ -1,8 +1,9 @@
-//! What a boot says in its log: its record, what it refuses, and how it says that the run before ended.
+//! What a boot says: its record, what it refuses, and in its log how the run before ended.
 
 use footfall::board::image::Image;
-use footfall::board::telemetry::record_in;
+use footfall::board::transport::{Heard, Transport};
 use joint_loop::SupervisorState;
+use serde_json::Value;
 use wire::{Boot, Record, Subject};
 
 /// A log from a reset on.
@@ -19,27 +20,32 @@ pub struct BootLog {
 }
 
 impl BootLog {
-    /// Reads the bytes of a log, as hexadecimal digits.
+    /// Reads the bytes of the two RTT channels, as a list of hexadecimal digits: the log for people and the records.
     ///
     /// # Panics
-    /// They are not those of this image.
+    /// They are not of this image.
     #[must_use]
-    pub fn read(hex: &str, image: &Image) -> Self {
-        let digits: Vec<u32> = hex.chars().map(|digit| digit.to_digit(16).expect("a digit")).collect();
-        let bytes: Vec<u8> = digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect();
+    pub fn read(channels: &Value, image: &Image) -> Self {
+        let bytes = |channel: usize| -> Vec<u8> {
+            let hex = channels[channel].as_str().expect("text").chars();
+            let digits: Vec<u32> = hex.map(|digit| digit.to_digit(16).expect("a digit")).collect();
+            digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect()
+        };
         let mut decoder = image.decoder();
-        decoder.push(&bytes);
+        decoder.push(&bytes(0));
         let mut log = Self::default();
         while let Some(message) = decoder.message() {
             let text = message.expect("whole frames").text;
-            match record_in(&text).map(|record| record.expect("a record")) {
-                Some(Record::Boot(boot)) => log.boots.push(boot),
-                Some(Record::Refused(one)) => log.refused.push(one.subject),
-                Some(Record::Change(change)) => log.entered.push((change.state, change.tick)),
-                Some(_) => {}
-                None => log.crash = text.strip_prefix("last run ended by ").map(str::to_owned).or(log.crash),
-            }
+            log.crash = text.strip_prefix("last run ended by ").map(str::to_owned).or(log.crash);
         }
+        let pushed = Transport::default().push(&bytes(1), |heard| match heard {
+            Heard::Record(Record::Boot(boot)) => log.boots.push(boot),
+            Heard::Record(Record::Refused(one)) => log.refused.push(one.subject),
+            Heard::Record(Record::Change(change)) => log.entered.push((change.state, change.tick)),
+            Heard::Record(_) => {}
+            Heard::Damaged => panic!("a damaged frame"),
+        });
+        pushed.expect("records");
         log
     }
 

@@ -50,7 +50,7 @@ impl Host {
             assert!(last.is_none_or(|last| self.tick < last), "{what}: not within half a minute, tick {}", self.tick);
             let Came::Bytes(bytes) = self.port.next_within(Duration::from_secs(60)) else { panic!("{what}: no bytes") };
             self.bytes += bytes.len() as u32;
-            for record in self.records.push(&bytes) {
+            for record in bytes.into_iter().filter_map(|byte| self.records.push(byte)) {
                 match record {
                     Ok(Record::Frame(frame)) => {
                         (self.tick, self.state) = (frame.tick, frame.state);

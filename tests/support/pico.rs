@@ -1,17 +1,18 @@
 //! The image of the Raspberry Pi Pico on rp2040js, an emulator that this project did not write.
 //!
 //! `FOOTFALL_PICO_ELF` and `FOOTFALL_PICO_UF2` name the image and the file that the boot loader takes, which the emulator reads; `cargo xtask test
-//! --only pico` sets them and installs the emulator. A test that uses them names [`test_suite::Need::PicoImage`].
+//! --only pico` sets them and installs the emulator and the boot ROM. `FOOTFALL_PICO_FIRST_WALK` is the folder of the files that the commands of
+//! docs/pico.md have written to the drive. A test that uses them names [`test_suite::Need::PicoImage`].
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use footfall::board::image::Image;
+use footfall::board::transport::{Heard, Transport};
 use serde_json::{Value, json};
 use wire::Record;
 
-use crate::board::{Booted, take};
-use footfall::board::telemetry::record_in;
+use crate::board::Booted;
 
 /// A run.
 #[derive(Debug)]
@@ -32,6 +33,52 @@ pub struct PicoRan {
     pub serial: Vec<u8>,
     /// How often the host enumerated the board.
     pub usb_connections: u64,
+    /// What the computer found at the drive of the boot ROM, and what the ROM made of the file.
+    pub drive: Drive,
+}
+
+/// The drive of the boot ROM, in a run with `drive`.
+#[derive(Debug, Default, serde::Deserialize)]
+#[serde(default)]
+pub struct Drive {
+    /// Names of its files, as the directory has them.
+    pub files: Vec<String>,
+    /// The text of `INFO_UF2.TXT`.
+    pub info: String,
+    /// Addresses of the pages that are in flash otherwise than in the file.
+    pub flash_differs: Vec<u32>,
+}
+
+/// An image: the file for the boot ROM, and the ELF file for its log.
+#[derive(Debug, Clone)]
+pub struct PicoImage {
+    /// UF2.
+    pub uf2: PathBuf,
+    /// ELF.
+    pub elf: PathBuf,
+}
+
+impl PicoImage {
+    /// The usual image with the default robot.
+    ///
+    /// # Panics
+    /// The variables are not set.
+    #[must_use]
+    pub fn usual() -> Self {
+        let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
+        Self { uf2: path("FOOTFALL_PICO_UF2"), elf: path("FOOTFALL_PICO_ELF") }
+    }
+
+    /// One of the files that the commands of docs/pico.md have written: `shadow` or `walk`.
+    ///
+    /// # Panics
+    /// The variable is not set.
+    #[must_use]
+    pub fn of_the_first_walk(name: &str) -> Self {
+        let folder = PathBuf::from(std::env::var_os("FOOTFALL_PICO_FIRST_WALK").expect("FOOTFALL_PICO_FIRST_WALK"));
+        let file = |extension: &str| folder.join(name).with_extension(extension);
+        Self { uf2: file("uf2"), elf: file("elf") }
+    }
 }
 
 /// The folder of the emulator.
@@ -40,13 +87,21 @@ pub fn emulator() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("firmware-rp2040").join("emulator")
 }
 
-/// Runs the image with a scenario, as `run.mjs` describes it, and these records in flash, each with its address.
+/// Runs the usual image with a scenario, as `run.mjs` describes it, and these records in flash, each with its address.
 ///
 /// # Panics
 /// The emulator cannot be started, or the log cannot be read.
 #[must_use]
 pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
-    let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
+    run_image(&PicoImage::usual(), scenario, flash)
+}
+
+/// The same with another image.
+///
+/// # Panics
+/// The emulator cannot be started, or the log cannot be read.
+#[must_use]
+pub fn run_image(image: &PicoImage, scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name);
     let mut scenario = scenario.clone();
@@ -58,12 +113,12 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
     std::fs::write(file("scenario.json"), scenario.to_string()).expect("written");
     let mut node = Command::new("node");
     node.arg(emulator().join("run.mjs"))
-        .arg(path("FOOTFALL_PICO_UF2"))
-        .args(["scenario.json", "log.rtt", "serial"].map(file));
+        .arg(&image.uf2)
+        .args(["scenario.json", "log", "records", "serial"].map(file));
     let output = node.output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let ran: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let image = Image::read(&path("FOOTFALL_PICO_ELF")).unwrap_or_else(|error| panic!("{error}"));
+    let image = Image::read(&image.elf).unwrap_or_else(|error| panic!("{error}"));
     let numbers =
         |value: &Value| value.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect();
     let servos = [0, 1, 2, 3].map(|servo| numbers(&ran["servos_ns"][servo]));
@@ -72,7 +127,11 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
         value.as_array().expect("a list").iter().map(|text| text.as_str().expect("text").to_owned()).collect()
     };
     PicoRan {
-        boots: boots(&image, &std::fs::read(file("log.rtt")).expect("a log")),
+        boots: boots(
+            &image,
+            &std::fs::read(file("log")).expect("a log"),
+            &std::fs::read(file("records")).expect("records"),
+        ),
         servos,
         rail: numbers(&ran["servo_rail_ns"]),
         resets: ran["resets"].as_array().expect("a list").iter().map(reset).collect(),
@@ -80,24 +139,30 @@ pub fn run(scenario: &Value, flash: &[(u32, &[u8])]) -> PicoRan {
         core_hz: ran["core_hz"].as_f64().expect("a frequency"),
         serial: std::fs::read(file("serial")).expect("bytes"),
         usb_connections: ran["usb_connections"].as_u64().expect("a number"),
+        drive: serde_json::from_value(ran["drive"].clone()).expect("a drive"),
     }
 }
 
-/// What was logged, with a boot for each line that names the reset: it is the first of a boot.
-fn boots(image: &Image, log: &[u8]) -> Vec<Booted> {
+/// What was logged and reported, with a boot for each boot record. The first line of a boot names the reset.
+fn boots(image: &Image, log: &[u8], records: &[u8]) -> Vec<Booted> {
+    let mut boots: Vec<Booted> = Vec::new();
+    let pushed = Transport::default().push(records, |heard| match heard {
+        Heard::Record(record) => {
+            if matches!(record, Record::Boot(_)) {
+                boots.push(Booted::default());
+            }
+            boots.last_mut().expect("a boot record is the first").take(record);
+        }
+        Heard::Damaged => panic!("a damaged frame"),
+    });
+    pushed.unwrap_or_else(|error| panic!("{error}"));
     let mut decoder = image.decoder();
     decoder.push(log);
-    let mut boots: Vec<Booted> = Vec::new();
+    let mut lines = 0;
     while let Some(message) = decoder.message() {
-        // A reset cuts the frame that is being written.
-        let Ok(message) = message else { continue };
-        let is_first = matches!(record_in(&message.text), Some(Ok(Record::Boot(_))));
-        if is_first || boots.is_empty() {
-            boots.push(Booted::default());
-        }
-        take(boots.last_mut().expect("one was added"), &message);
+        let message = message.expect("whole frames");
+        lines += usize::from(message.text.contains(": reset "));
+        boots.get_mut(lines.saturating_sub(1)).expect("a boot for each line that names the reset").read(message);
     }
-    // The line before the first record is of no boot of its own.
-    boots.retain(|boot| boot.boot.is_some());
     boots
 }

@@ -14,7 +14,6 @@ mod load;
 mod number;
 mod request;
 mod settings;
-mod text;
 
 pub use boot::{Boot, BrownOut, LastOutputs, RecordId, Refused, Reset, Subject};
 pub use codec::{DecodeError, Kind, MAX_BYTES, Record, decode, encode};
@@ -29,7 +28,6 @@ pub use link::{
 pub use load::{Cost, Environment, Warnings};
 pub use request::{Answered, Port};
 pub use settings::Settings;
-pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.

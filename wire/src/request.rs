@@ -102,7 +102,7 @@ impl From<Answer> for Answered {
     }
 }
 
-/// Counters of the serial port since the boot, wrapping; once a second.
+/// Counters of requests and of the serial port since the boot, wrapping; once a second. Requests come by the serial port or through a debug probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Port {
     /// Requests that were handed to the loop.

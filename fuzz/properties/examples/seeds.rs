@@ -80,8 +80,6 @@ fn wire_records(folder: &Path) -> Result<()> {
         let bytes = encode(&record, &mut bytes).ok_or("it fits")?;
         write(folder, "wire_record", name, bytes)?;
         write(folder, "wire_frames", name, frame_record(&record, &mut frame).ok_or("it fits")?)?;
-        let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        write(folder, "wire_text", name, format!("1.5 INFO wire [{}] at main.rs", digits.join(", ")).as_bytes())?;
     }
     let actions = [
         request.action,
@@ -126,7 +124,7 @@ fn parameter_files(folder: &Path) -> Result<()> {
 fn host_files(folder: &Path) -> Result<()> {
     for (name, line) in [
         ("boot", r#"{"type":"boot","t_s":0.0,"cause":"power_on"}"#),
-        ("rtt", r#"{"type":"rtt","t_s":0.001,"hex":"0102ff00"}"#),
+        ("rtt", r#"{"type":"rtt","t_s":0.001,"channel":1,"hex":"0102ff00"}"#),
         ("pulses", r#"{"type":"pulses","t_s":0.5,"us":[1500.0,null,1056.0,1944.0]}"#),
         ("status", r#"{"type":"status","t_s":0.5}"#),
         ("start", r#"{"type":"start","elf_sha256":"00"}"#),

@@ -31,7 +31,7 @@ const fn target(name: &'static str, check: fn(&[u8])) -> Target {
 }
 
 /// The targets of the cores, of parameter files and of readers of gait, in the order of `docs/fuzzing.md`.
-pub const TARGETS: [Target; 22] = [
+pub const TARGETS: [Target; 21] = [
     target("generator_record", flash_records::generator),
     target("sensor_record", flash_records::sensors),
     target("robot_record", flash_records::robot),
@@ -39,7 +39,6 @@ pub const TARGETS: [Target; 22] = [
     target("wire_record", wire_records::record),
     target("wire_frames", wire_records::frames),
     target("wire_request", wire_records::request),
-    target("wire_text", wire_records::text),
     target("generator_toml", parameter_files::generator),
     target("network_toml", parameter_files::network),
     target("robot_toml", parameter_files::robot),

@@ -3,7 +3,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use joint_loop::tuning::Request;
 use wire::{
-    Edge, FrameError, MAX_BYTES, MAX_FRAME_BYTES, Record, Unframer, VERSION, bytes_in, decode, decode_framed,
+    Edge, FrameError, MAX_BYTES, MAX_FRAME_BYTES, Record, Unframer, VERSION, decode, decode_framed,
     decode_request, encode, frame_record, frame_request,
 };
 
@@ -92,19 +92,5 @@ pub fn request(bytes: &[u8]) {
             }
             Err(error) => assert!(!error.to_string().is_empty()),
         }
-    }
-}
-
-/// Records in the lines of a printed log: what is found is at most a record's bytes, and its print is found again.
-pub fn text(bytes: &[u8]) {
-    let Ok(line) = std::str::from_utf8(bytes) else { return };
-    match bytes_in(line) {
-        Some(Ok(found)) => {
-            let digits: Vec<String> = found.iter().map(|byte| format!("{byte:02x}")).collect();
-            let again = bytes_in(&format!("wire [{}]", digits.join(", ")));
-            assert_eq!(again.map(|found| found.map(|bytes| bytes.to_vec())), Some(Ok(found.to_vec())));
-        }
-        Some(Err(error)) => assert!(!error.to_string().is_empty()),
-        None => {}
     }
 }

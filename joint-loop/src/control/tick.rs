@@ -437,7 +437,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
-    /// The pose that this tick aims at: until each servo has had its first pulse, the one where it is.
+    /// The pose that this tick aims at: while the last pulses are held, theirs.
     fn target(&self) -> [Radians; Joint::COUNT] {
         let is_elsewhere = self.weight.is_at_start() && self.gating != self.parked;
         if is_elsewhere && !self.stages.start.has_begun(self.started) {

@@ -1,8 +1,11 @@
 //! Where an arming starts: at the last pulses if they are known, else at the park pose.
 //!
 //! A servo turns to the first pulse that it gets at its full speed, from wherever it is. Without an encoder the board does not know where that is. Where
-//! the pulses ended last is the best that it can know, for as long as nobody has moved the joint: so an arming starts there, waits until each servo has
-//! had this pulse, and goes to the park pose at the limits of the gate. Then the ramp begins.
+//! the pulses ended last is the best that it can know, for as long as nobody has moved the joint: so an arming starts there, holds these pulses until
+//! each servo follows them, and goes to the park pose at the limits of the gate. Then the ramp begins.
+//!
+//! The supply of the servos comes on with the first pulse. A digital servo starts its processor first, and takes no pulse meanwhile. At its first
+//! one it turns at full speed to where the pulses have gone by then: nowhere, while they are held.
 
 use core::hint::cold_path;
 
@@ -13,8 +16,9 @@ use joint_units::{Joint, Period, PulseMicros, Radians};
 
 /// Time after the last pulse, or after a boot that kept it, for which it is known, s. Later a person may have moved the joint, or its weight.
 pub const KNOWN_S: f32 = 60.0;
-/// Time after which each servo has had its first pulse, s: two servo frames.
-const FIRST_PULSE_S: f32 = 0.04;
+/// Time for which the last pulses are held, s: two servo frames, and more than a digital servo is assumed to take from its supply to its first pulse
+/// (0.2 s, `docs/servos.md`). Where an arming starts at the park pose nothing is held: the ramp leaves it slowly.
+const WAIT_S: f32 = 0.5;
 /// Largest difference of a pulse from that of a pose that the gate allows, us: the rounding of both.
 const ROUNDING_US: u16 = 1;
 
@@ -22,7 +26,7 @@ const ROUNDING_US: u16 = 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Start {
     known: u32,
-    first_pulse: u32,
+    wait: u32,
 }
 
 /// How long ago pulses began and ended, in ticks.
@@ -38,7 +42,7 @@ impl Start {
     pub(crate) fn build(period: Period) -> Result<Self, LoopError> {
         Ok(Self {
             known: ticks("start.known_s", KNOWN_S, KNOWN_S, KNOWN_S, period)?,
-            first_pulse: ticks("start.first_pulse_s", FIRST_PULSE_S, FIRST_PULSE_S, FIRST_PULSE_S, period)?,
+            wait: ticks("start.wait_s", WAIT_S, WAIT_S, WAIT_S, period)?,
         })
     }
 
@@ -53,9 +57,9 @@ impl Start {
         }
     }
 
-    /// Whether each servo has had its first pulse.
+    /// Whether the last pulses have been held for long enough.
     pub(crate) fn has_begun(self, state: StartState) -> bool {
-        state.on > self.first_pulse
+        state.on > self.wait
     }
 }
 
@@ -145,9 +149,9 @@ mod tests {
         let mut state = StartState::UNKNOWN;
         start.note(&mut state, false, 1);
         assert!(!state.is_known());
-        for tick in 1..=100 {
+        for tick in 1..=600 {
             start.note(&mut state, true, 1);
-            assert_eq!((state.is_known(), start.has_begun(state)), (true, tick > 40), "{tick}");
+            assert_eq!((state.is_known(), start.has_begun(state)), (true, tick > 500), "{tick}");
         }
         for tick in 1..=60_001 {
             start.note(&mut state, false, 1);

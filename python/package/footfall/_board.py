@@ -82,7 +82,7 @@ class Step(NamedTuple):
     servo_rad: Optional[Floats]
     """Joint angles of the modelled servos, rad; shape (4,). ``None`` without ``servo``."""
     log: bytes
-    """Bytes of the log, as a debug probe reads them: ``footfall watch --elf ELF --rtt FILE`` shows them."""
+    """Records of the board, as a debug probe reads them in RTT channel 1: ``footfall watch --rtt FILE`` shows them."""
     events: List[Dict[str, Any]]
     """Other lines of the virtual board: injected faults, faults of the program, accesses that are not modelled; times in s."""
 
@@ -135,7 +135,6 @@ class VirtualBoard:
         script: Optional[PathLike] = None,
         options: Sequence[str] = (),
     ) -> None:
-        self._elf = os.fspath(elf)
         command = [_emulator(emulator), _file(elf), "--lockstep", *options]
         for name, path in (("generator", generator), ("sensors", sensors), ("robot", robot)):
             if path is not None:
@@ -294,7 +293,7 @@ class VirtualBoard:
         lit = ", ".join(sorted(pin for pin, on in self._lamps.items() if on)) or "none"
         if not self._log:
             return f"lamps that are lit: {lit}; its log is empty"
-        show = f"`footfall watch --elf {self._elf} --rtt board.rtt`"
+        show = "`footfall watch --rtt board.rtt`"
         return f"lamps that are lit: {lit}; the end of its log is in `log` of this error: write it to a file `board.rtt`, and {show} shows it"
 
     def _greeting(self) -> Optional[List[Dict[str, Any]]]:
@@ -427,6 +426,10 @@ for _column in _NO_PULSES:
     _column.flags.writeable = False
 
 
+# The RTT channel with the records; channel 0 has lines for people.
+_RECORDS = 1
+
+
 def _step(lines: List[Dict[str, Any]]) -> Step:
     if len(lines) == 1 and "deg" not in lines[0]:
         (last,) = lines
@@ -437,7 +440,7 @@ def _step(lines: List[Dict[str, Any]]) -> Step:
         kinds.setdefault(line["type"], []).append(line)
     last, frames = lines[-1], kinds.pop("pulses", [])
     boots = [Boot(line["t_s"], line["cause"]) for line in kinds.pop("boot", [])]
-    log = b"".join(bytes.fromhex(line["hex"]) for line in kinds.pop("rtt", []))
+    log = b"".join(bytes.fromhex(line["hex"]) for line in kinds.pop("rtt", []) if line["channel"] == _RECORDS)
     known = ("start", "status", "servos")
     us = np.array([frame["us"] for frame in frames], dtype=np.float64).reshape(len(frames), 4)
     rail = np.array([frame["rail"] for frame in frames], dtype=np.bool_)

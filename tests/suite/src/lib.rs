@@ -30,6 +30,8 @@ const BLACK_PILL_ELF: &str = "FOOTFALL_BLACK_PILL_ELF";
 /// The image of the Raspberry Pi Pico, and the file that its boot loader takes.
 const PICO_ELF: &str = "FOOTFALL_PICO_ELF";
 const PICO_UF2: &str = "FOOTFALL_PICO_UF2";
+/// The folder of the files that the commands of docs/pico.md have written.
+const PICO_FIRST_WALK: &str = "FOOTFALL_PICO_FIRST_WALK";
 const VIRTUAL_BOARD: &str = "FOOTFALL_VIRTUAL_BOARD";
 const PROGRAM: &str = "FOOTFALL_BIN";
 
@@ -58,7 +60,7 @@ pub enum Need {
     BlackPillImage,
     /// The images of the Discovery and of the Black Pill as files, which the test only reads.
     ImageFiles,
-    /// The image of the Raspberry Pi Pico, Node.js, and the packages of `firmware-rp2040/emulator`.
+    /// Images of the Raspberry Pi Pico, Node.js, and the packages of `firmware-rp2040/emulator`.
     PicoImage,
     /// The host tool `footfall` as a program.
     Program,
@@ -107,7 +109,7 @@ impl Need {
             Self::NoSensorImage => &[NO_SENSOR_ELF, VIRTUAL_BOARD],
             Self::BlackPillImage => &[BLACK_PILL_ELF, VIRTUAL_BOARD],
             Self::ImageFiles => &[ELF, BLACK_PILL_ELF],
-            Self::PicoImage => &[PICO_ELF, PICO_UF2],
+            Self::PicoImage => &[PICO_ELF, PICO_UF2, PICO_FIRST_WALK],
             Self::Program => &[PROGRAM],
             Self::ProbeRs => &[PROBE_RS],
             Self::Python => &[PYTHON],

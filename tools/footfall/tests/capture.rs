@@ -3,8 +3,6 @@
 
 mod support;
 
-use footfall::board::image::Image;
-use footfall::board::telemetry::record_in;
 use gait_trace::RawJoints;
 use gait_trace::ReadOptions;
 use gait_trace::format::open;
@@ -16,7 +14,7 @@ use std::io::Write;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output, Stdio};
-use support::{Bench, SimulatedBoard, frame};
+use support::{Bench, SimulatedBoard, frame, records};
 use test_suite::tests;
 use wire::Record;
 
@@ -27,6 +25,7 @@ fn main() -> ExitCode {
         angles_are_the_boards_own(),
         samples_missed_by_a_stalled_reader_are_counted(),
         raw_bytes_of_a_real_board_make_the_same_capture(),
+        endless_noise_ends_the_command(),
         a_late_start_records_codes_without_the_boot_record(),
         a_reset_restarts_the_ticks_and_time_goes_on(),
         bytes_that_are_no_log_are_refused_and_missing_sources_too(),
@@ -70,11 +69,11 @@ fn record(bench: &Bench, out: &str, more: &[&str]) -> (PathBuf, Output) {
     (file, output)
 }
 
-/// The bytes of the log that a board's lines carry.
+/// The bytes of RTT channel 1 that a board's lines carry.
 fn log_bytes(lines: &[String]) -> Vec<u8> {
     let objects = lines.iter().map(|line| serde_json::from_str::<Value>(line).unwrap());
     objects
-        .filter(|object| object["type"] == "rtt")
+        .filter(|object| object["type"] == "rtt" && object["channel"] == 1)
         .flat_map(|object| {
             let hex = object["hex"].as_str().unwrap().to_owned();
             (0..hex.len()).step_by(2).map(move |i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect::<Vec<_>>()
@@ -164,13 +163,10 @@ fn angles_are_the_boards_own() {
     let simulated = walked(3);
     let bench = Bench::plays(&simulated.lines);
     let (csv, _) = record(&bench, "walk.csv", &["--secs", "3"]);
-    let image = Image::read(&bench.path("fw.elf")).unwrap();
-    let mut decoder = image.decoder();
-    decoder.push(&log_bytes(&simulated.lines));
     let (angles, hips) = (column(&csv, "left_knee_deg"), column(&csv, "set_right_hip_deg"));
     let mut compared = 0;
-    while let Some(message) = decoder.message() {
-        let Some(Ok(Record::Frame(tick))) = record_in(&message.unwrap().text) else { continue };
+    for (_, record) in records(&simulated.lines) {
+        let Record::Frame(tick) = record else { continue };
         let row = tick.tick as usize - 1;
         assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensors[0].unwrap().angle_deg().to_bits());
         assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.setpoints_deg()[1].to_bits());
@@ -248,6 +244,43 @@ fn raw_bytes_of_a_real_board_make_the_same_capture() {
     assert_eq!(open(&out).time_s, open(&of_rtt).time_s);
 }
 
+/// Whoever plugs a server of something else in gets an end, and `--secs` ends what sends nothing of use.
+fn endless_noise_ends_the_command() {
+    let bench = Bench::plays(&["{}".into()]);
+    for noise in [&[0xFF][..], &[0], &[5, 9, 9, 0], b"a line of text\n"] {
+        for more in [&[][..], &["--secs", "1"]] {
+            let server = TcpListener::bind("127.0.0.1:0").unwrap();
+            let address = format!("tcp:{}", server.local_addr().unwrap());
+            let noise = noise.repeat(1000);
+            let serving = std::thread::spawn(move || {
+                let (mut peer, _) = server.accept().unwrap();
+                while peer.write_all(&noise).is_ok() {}
+            });
+            let out = bench.path("noise.csv");
+            let began = std::time::Instant::now();
+            let output =
+                footfall(&[&["record", "--force", "--rtt", &address][..], more, &["--out"]].concat(), &[out.as_path()]);
+            assert_eq!(output.status.code(), Some(1));
+            assert!(complaints(&output).contains("these are not the records of a board"), "{}", complaints(&output));
+            assert!(began.elapsed().as_secs() < 20);
+            serving.join().unwrap();
+        }
+    }
+    // A byte now and then: the seconds cannot come any more.
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("tcp:{}", server.local_addr().unwrap());
+    let serving = std::thread::spawn(move || {
+        let (mut peer, _) = server.accept().unwrap();
+        while peer.write_all(&[7]).is_ok() {
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
+    });
+    let out = bench.path("slow.csv");
+    let output = footfall(&["record", "--rtt", &address, "--secs", "1", "--out"], &[out.as_path()]);
+    assert!(complaints(&output).contains("silent; check that the board runs"), "{}", complaints(&output));
+    serving.join().unwrap();
+}
+
 /// Somebody attaches to a board that runs: its factory values are not known, so there are codes, and the angles of its lines.
 fn a_late_start_records_codes_without_the_boot_record() {
     let bytes = log_bytes(&walked(3).lines);
@@ -289,7 +322,11 @@ fn bytes_that_are_no_log_are_refused_and_missing_sources_too() {
     let noise: Vec<u8> = (0..20_000_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let (_, output) = record_rtt(&bench, &noise, "noise.csv", &[]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(complaints(&output).contains("the board runs another image"), "{}", complaints(&output));
+    assert!(complaints(&output).contains("these are not the records of a board"), "{}", complaints(&output));
+    // The lines for people, from the other channel.
+    let (_, output) = record_rtt(&bench, &frame("ready").repeat(100), "text.csv", &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaints(&output).contains("channel 0 is its log for people"), "{}", complaints(&output));
     let (_, output) = record_rtt(&bench, &frame("ready"), "silent.mcap", &[]);
     assert_eq!(output.status.code(), Some(1));
     assert!(complaints(&output).contains("no sample came"), "{}", complaints(&output));

@@ -2,12 +2,11 @@
 
 mod support;
 
-use footfall::board::telemetry::{printed, record_in};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use support::{Bench, SimulatedBoard, frame, hex};
+use support::{Bench, SimulatedBoard, framed, framed_bytes, hex, records};
 use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
@@ -200,13 +199,11 @@ fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
 #[test]
 fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
     let mut simulated = walked(3);
-    let index = simulated.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
-    let object: Value = serde_json::from_str(&simulated.lines[index]).unwrap();
-    let text = text_of(object["hex"].as_str().unwrap());
-    let Some(Ok(Record::Frame(mut tick))) = record_in(&text) else { panic!("{text}") };
+    let (index, last) = records(&simulated.lines).pop().unwrap();
+    let Record::Frame(mut tick) = last else { panic!("{last:?}") };
     tick.setpoints_rad[2] = f32::from_bits(tick.setpoints_rad[2].to_bits() ^ 1);
-    let mut changed = object.clone();
-    changed["hex"] = hex(&frame(&printed(&Record::Frame(tick)))).into();
+    let mut changed: Value = serde_json::from_str(&simulated.lines[index]).unwrap();
+    changed["hex"] = hex(&framed(&Record::Frame(tick))).into();
     simulated.lines[index] = changed.to_string();
     let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(1));
@@ -216,24 +213,11 @@ fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
     assert_eq!((&last["host_replay"], &last["different_lines"]), (&"different".into(), &1.into()));
 }
 
-/// The text of a frame that [`support::frame`] made, by the decoder under test.
-fn text_of(hex: &str) -> String {
-    let bench = Bench::plays(&["{}".into()]);
-    let image = footfall::board::image::Image::read(&bench.path("fw.elf")).unwrap();
-    let mut decoder = image.decoder();
-    let bytes: Vec<u8> = (0..hex.len()).step_by(2).map(|i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect();
-    decoder.push(&bytes);
-    decoder.message().unwrap().unwrap().text
-}
-
 #[test]
 fn frames_without_inputs_are_not_called_equal() {
     let mut simulated = walked(3);
-    let inputs = |line: &String| {
-        line.contains("\"rtt\"")
-            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Inputs(inputs))) if inputs.first_tick == 1001)
-    };
-    let index = simulated.lines.iter().position(inputs).unwrap();
+    let inputs = |record: &Record| matches!(record, Record::Inputs(inputs) if inputs.first_tick == 1001);
+    let (index, _) = records(&simulated.lines).into_iter().find(|(_, record)| inputs(record)).unwrap();
     simulated.lines.remove(index);
     let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
@@ -247,11 +231,8 @@ fn frames_without_inputs_are_not_called_equal() {
 #[test]
 fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
     let mut simulated = walked(3);
-    let tick = |line: &String| {
-        line.contains("\"rtt\"")
-            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Frame(frame))) if frame.tick == 1010)
-    };
-    let index = simulated.lines.iter().position(tick).unwrap();
+    let tick = |record: &Record| matches!(record, Record::Frame(frame) if frame.tick == 1010);
+    let (index, _) = records(&simulated.lines).into_iter().find(|(_, record)| tick(record)).unwrap();
     simulated.lines.remove(index);
     let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     let objects = objects(&output);
@@ -262,19 +243,16 @@ fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
     );
 }
 
-fn text_of_line(line: &str) -> String {
-    let object: Value = serde_json::from_str(line).unwrap();
-    text_of(object["hex"].as_str().unwrap())
-}
-
 #[test]
 fn after_a_reset_the_counters_restart_and_time_goes_on() {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
     simulated.tick(7, false);
     // The reset comes in the middle of a frame.
-    let cut = frame("tick 1010 walk");
-    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
+    let (_, last) = records(&simulated.lines).pop().unwrap();
+    let cut = framed(&last);
+    let half = hex(&cut[..cut.len() / 2]);
+    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "channel": 1, "hex": half }));
     simulated.reset();
     simulated.walk(1);
     let resets = serde_json::json!([{ "t_s": 1.012, "cause": "iwdg" }]);
@@ -335,10 +313,11 @@ fn another_image_or_another_version_is_refused() {
     other.lines[0] = r#"{"type":"start","elf_sha256":"00","hclk_hz":1}"#.into();
     let mut garbage = SimulatedBoard::new();
     garbage.lines.truncate(2);
-    garbage.line(serde_json::json!({ "type": "rtt", "t_s": 0.1, "hex": "0102030405060700" }));
+    garbage.line(serde_json::json!({ "type": "rtt", "t_s": 0.1, "channel": 0, "hex": "0102030405060700" }));
     let mut version = SimulatedBoard::new();
-    // Kind 0, then the version: whatever follows, it is that of another image.
-    version.log("wire [00, 63, 01, 02]");
+    // The version comes first: whatever follows is of another image.
+    let bytes = hex(&framed_bytes(&[99, 1, 2]));
+    version.line(serde_json::json!({ "type": "rtt", "t_s": 0.1, "channel": 1, "hex": bytes }));
     let strange = vec!["thread 'main' panicked".to_owned()];
     for (lines, words) in [
         (other.lines, "do not rebuild it during the run"),
@@ -359,7 +338,8 @@ fn another_image_or_another_version_is_refused() {
 fn a_broken_frame_on_the_way_is_counted_and_the_next_one_is_read() {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
-    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": "0102030405060700" }));
+    simulated
+        .line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "channel": 1, "hex": "0102030405060700" }));
     simulated.tick(1000, false);
     simulated.end();
     let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "2"]));

@@ -23,16 +23,16 @@ fn injected(kind: &str, at_s: f64) -> Value {
     json!([{ "kind": kind, "symbol": kind, "injected_s": at_s }])
 }
 
-/// The log of a change of the supervisor's state.
-fn change(tick: u32, state: joint_loop::SupervisorState, cause: joint_loop::Cause) -> String {
-    footfall::board::telemetry::printed(&Record::Change(Change { tick, state, cause }))
+/// The record of a change of the supervisor's state.
+fn change(tick: u32, state: joint_loop::SupervisorState, cause: joint_loop::Cause) -> Record {
+    Record::Change(Change { tick, state, cause })
 }
 
 /// A walk whose supervisor goes to the fault state at 1.0 s, with this cause.
 fn stops_with(cause: joint_loop::Cause) -> SimulatedBoard {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
-    simulated.log(&change(1000, joint_loop::SupervisorState::Fault, cause));
+    simulated.record(&change(1000, joint_loop::SupervisorState::Fault, cause));
     simulated.tick_with(20, false, |sample| sample.faults = joint_loop::BoardFaults::OUTPUTS);
     simulated
 }
@@ -65,7 +65,7 @@ fn each_end_of_a_motion_is_judged() {
         [(Cause::SensorShort, "volts", 0), (Cause::SensorShort, "hang", 1), (Cause::Button, "", 0)]
     {
         let mut simulated = stops_with(cause);
-        simulated.log(&change(1020, SupervisorState::Arming, Cause::None));
+        simulated.record(&change(1020, SupervisorState::Arming, Cause::None));
         simulated.end_as("time", json!({ "injections": injected(kind, 0.9) }));
         let (output, last, messages) = watched(&simulated, &[]);
         assert_eq!((&last["cause"], &last["earlier_ends"][0]["cause"]), (&json!("none"), &json!(cause.name())));
@@ -139,7 +139,7 @@ fn a_board_that_refuses_to_start_fails_the_run_with_its_reason() {
     for (subject, code) in [(Subject::SensorRecord, 1), (Subject::Configuration, 1)] {
         let mut simulated = SimulatedBoard::new();
         let refused = Refused::new(subject, "sensor 1: code 4019 is in an end band");
-        simulated.log(&footfall::board::telemetry::printed(&Record::Refused(refused)));
+        simulated.record(&Record::Refused(refused));
         for _ in 0..5 {
             simulated.silent(100);
         }
@@ -158,7 +158,7 @@ fn a_record_that_a_fault_destroyed_may_be_refused() {
         simulated.walk(1);
         simulated.reset();
         let refused = Refused::new(Subject::RobotRecord, "damaged");
-        simulated.log(&footfall::board::telemetry::printed(&Record::Refused(refused)));
+        simulated.record(&Record::Refused(refused));
         simulated.silent(300);
         simulated.end_as("time", json!({ "injections": injected(kind, 1.0) }));
         let (output, _, messages) = watched(&simulated, &[]);

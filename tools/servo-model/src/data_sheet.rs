@@ -24,6 +24,8 @@ pub struct DataSheet {
     pub accepted_us: [f64; 2],
     /// Shortest and longest pulse within its mechanical range: it stops there, us.
     pub mechanical_us: [f64; 2],
+    /// Time after the supply came on in which it takes no pulse, s.
+    pub start_up_s: f64,
 }
 
 impl DataSheet {
@@ -39,10 +41,13 @@ impl DataSheet {
         dead_band_us: 5.0,
         accepted_us: [10.0, 3_000.0],
         mechanical_us: [600.0, 2_400.0],
+        start_up_s: 0.0,
     };
 
     /// FEETECH FT-7235-C018, a digital servo. Product page 530069 of FEETECH: 0.098 s for 60 degrees at 8.4 V, dead band 4 us at most, pulses of 500 to
     /// 2500 us, which are 180 degrees, "digital comparator".
+    ///
+    /// No source has the time that its processor takes to start. 0.2 s are an assumption, not a measurement.
     pub const FT_7235: DataSheet = DataSheet {
         name: "FEETECH FT-7235-C018",
         kind: Kind::Digital,
@@ -50,6 +55,7 @@ impl DataSheet {
         dead_band_us: 4.0,
         accepted_us: [500.0, 2_500.0],
         mechanical_us: [500.0, 2_500.0],
+        start_up_s: 0.2,
     };
 
     /// The servo of a kind.

@@ -5,8 +5,9 @@
 //! // Mounted so that 1500 us are 0 degrees and 11.1 us more are one degree more.
 //! let mut servo = Servo::new(&DataSheet::FT_7235, 1000.0 / 90.0, 0.0);
 //! servo.set_supply(0.0, true);
-//! servo.pulse(0.0015, 1600.0);
-//! servo.advance(0.2);
+//! // It takes no pulse in its first 0.2 s.
+//! servo.pulse(0.2015, 1600.0);
+//! servo.advance(0.4);
 //! assert!((servo.angle() - 9.0).abs() < 0.4);
 //! ```
 //!
@@ -14,7 +15,7 @@
 //! a free shaft turns. No back-drive without torque. No overshoot.
 //!
 //! [`LoadedServo`] is a servo in a body that is simulated elsewhere: the body gives the angle and the speed of the shaft, the servo its torque.
-//! Limits: no heat, no limit of the current, no play in the gear, no drop of the supply.
+//! Limits: no heat, no limit of the current, no play in the gear, no drop of the supply, no time to start.
 #![forbid(unsafe_code)]
 
 mod data_sheet;

@@ -19,6 +19,8 @@ pub struct Servo {
     last_s: f64,
     now_s: f64,
     supply: bool,
+    /// End of its start-up, s: earlier pulses are ignored.
+    ready_s: f64,
 }
 
 impl Servo {
@@ -34,6 +36,7 @@ impl Servo {
             last_s: f64::NEG_INFINITY,
             now_s: 0.0,
             supply: false,
+            ready_s: f64::INFINITY,
         }
     }
 
@@ -54,20 +57,23 @@ impl Servo {
         }
     }
 
-    /// Switches the supply at a time, s. A servo that loses it forgets its last pulse.
+    /// Switches the supply at a time, s. A servo that loses it forgets its last pulse; one that gets it starts, and takes no pulse until it has.
     pub fn set_supply(&mut self, seconds: f64, on: bool) {
         self.advance(seconds);
+        if on && !self.supply {
+            self.ready_s = seconds + self.data.start_up_s;
+        }
         self.supply = on;
         if !on {
             self.target_us = None;
         }
     }
 
-    /// Takes a pulse of this width that ends at a time, s.
+    /// Takes a pulse of this width that ends at a time, s, unless it is still starting.
     pub fn pulse(&mut self, ended: f64, us: f64) {
         self.advance(ended);
         let [least, most] = self.data.accepted_us;
-        if !self.supply || !(least..=most).contains(&us) {
+        if !self.supply || ended < self.ready_s || !(least..=most).contains(&us) {
             return;
         }
         self.last_s = ended;
@@ -97,9 +103,10 @@ mod tests {
 
     const SCALE: f64 = 1000.0 / 90.0;
 
+    /// A servo whose supply has been on for a second.
     fn servo(kind: Kind) -> Servo {
         let mut servo = Servo::new(DataSheet::of(kind), SCALE, 0.0);
-        servo.set_supply(0.0, true);
+        servo.set_supply(-1.0, true);
         servo
     }
 
@@ -164,6 +171,23 @@ mod tests {
             servo.advance(0.4);
             assert_eq!((servo.angle(), servo.torque()), (angle, 0.0), "it has forgotten the pulse: {kind:?}");
         }
+    }
+
+    #[test]
+    fn a_digital_servo_takes_no_pulse_while_it_starts() {
+        let [mut analogue, mut digital] = [servo(Kind::Analogue), servo(Kind::Digital)];
+        for servo in [&mut analogue, &mut digital] {
+            servo.set_supply(0.5, false);
+            servo.set_supply(1.0, true);
+            // The supply that is on already starts nothing.
+            servo.set_supply(1.1, true);
+            pulses(servo, 1.0, 10, 1_600.0);
+        }
+        assert!((analogue.angle() - 9.0).abs() < 1e-9, "{}", analogue.angle());
+        assert_eq!((digital.angle(), digital.torque()), (0.0, 0.0));
+        digital.pulse(1.2, 1_600.0);
+        digital.advance(1.4);
+        assert!((digital.angle() - 9.0).abs() < 1e-9, "{}", digital.angle());
     }
 
     #[test]

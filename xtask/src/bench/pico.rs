@@ -44,8 +44,8 @@ pub(super) fn measure(workspace: &mut Workspace) -> Result<Value> {
 
 /// The image, and what `profile.mjs` writes of it.
 fn profile(workspace: &mut Workspace) -> Result<(PathBuf, String)> {
-    workspace.set_up(&[Need::BoardCompiler, Need::Node])?;
-    pico::install_emulator()?;
+    workspace.set_up(&[Need::BoardCompiler, Need::Node, Need::Python])?;
+    pico::install_emulator(workspace)?;
     let elf = pico::build(workspace, Variant::USUAL)?;
     let uf2 = pico::with_default_robot(workspace, &elf)?;
     let text = profile_of(&uf2, &elf)?;

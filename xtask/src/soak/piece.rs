@@ -153,7 +153,8 @@ impl Piece {
             if line.contains(r#""type":"pulses""#) {
                 judge.take(&line)?;
             } else if line.contains(r#""type":"rtt""#) {
-                if let Some(reader) = &mut reader {
+                // Channel 1 has the records.
+                if let Some(reader) = reader.as_mut().filter(|_| line.contains(r#""channel":1,"#)) {
                     reader.take(&line)?;
                 }
             } else if line.contains(r#""type":"status""#) {
@@ -237,7 +238,7 @@ fn object(line: &str) -> Result<Value> {
     serde_json::from_str(line).with_context(|| format!("`{line}` is no JSON"))
 }
 
-/// `footfall watch`, which decodes the log.
+/// `footfall watch`, which decodes the records.
 struct Reader {
     child: Child,
     input: ChildStdin,
@@ -247,7 +248,7 @@ struct Reader {
 impl Reader {
     fn start(bench: &Bench) -> Result<Self> {
         let mut command = shell::command(&bench.footfall);
-        command.args(["watch", "--quiet", "--json", "--rtt", "-", "--elf"]).arg(&bench.elf);
+        command.args(["watch", "--quiet", "--json", "--rtt", "-"]);
         let mut child =
             command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().context("starting footfall watch")?;
         let input = child.stdin.take().context("no standard input of footfall watch")?;

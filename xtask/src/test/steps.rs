@@ -185,8 +185,8 @@ pub(super) const STEPS: [Step; 29] = [
     },
     Step {
         name: "pico",
-        claim: "the image of the Raspberry Pi Pico walks on rp2040js with the setpoints of the host, and the cycles of its tick differ by no more than 5 % from docs/performance.json; its packages come from the network",
-        needs: &[Need::BoardCompiler, Need::Node],
+        claim: "the image of the Raspberry Pi Pico, written by the chip's boot ROM, walks on rp2040js with the setpoints of the host, and the cycles of its tick differ by no more than 5 % from docs/performance.json; its packages come from the network",
+        needs: &[Need::BoardCompiler, Need::Node, Need::Python],
         uses: &[],
         run: pico::on_the_emulator,
     },
@@ -512,6 +512,7 @@ const IMAGE_TESTS: [&str; 27] = [
     "board_inputs",
     "board_lockstep",
     "board_serial",
+    "board_rtt",
     "board_trim",
     "bringup",
     "board_pulses",

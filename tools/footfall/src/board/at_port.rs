@@ -44,7 +44,9 @@ impl<'a> AtPort<'a> {
         let opened =
             origin.open(true).map_err(|error| Failure::input(format!("{origin}: cannot be opened: {error}")))?;
         if matches!(origin, Origin::Rtt(_)) && !opened.takes_requests() {
-            return Err(Failure::input(format!("{origin}: takes no requests; allowed is a server, tcp:HOST:PORT")));
+            return Err(Failure::input(format!(
+                "{origin}: takes no requests; allowed is a server, tcp:HOST:PORT or jlink:HOST:PORT"
+            )));
         }
         Ok(Self { origin, opened, transport: Transport::default(), last_record: Instant::now(), interrupt })
     }

@@ -33,7 +33,7 @@ impl Origin {
     /// Whether it can come back after its end: a server or a port, not a file.
     #[must_use]
     pub const fn comes_back(&self) -> bool {
-        matches!(self, Self::Serial(_) | Self::Rtt(Source::Tcp(_) | Source::TcpListen(_)))
+        matches!(self, Self::Serial(_) | Self::Rtt(Source::Tcp(_) | Source::JLink(_) | Source::TcpListen(_)))
     }
 
     /// Whether the bytes are those of a chip: from a port of hardware, or through a debug probe. A pseudo-terminal is mostly that of a virtual

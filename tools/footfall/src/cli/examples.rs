@@ -25,12 +25,8 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "footfall watch --serial /dev/ttyACM0",
             ),
             (
-                "A real board through the RTT server of OpenOCD or J-Link:",
-                "footfall watch --elf firmware.elf --rtt tcp:localhost:9090",
-            ),
-            (
-                "A real board through probe-rs (`cargo xtask watch` does this):",
-                "probe-rs attach --chip STM32F407VGTx --log-format '{L} {s}' firmware.elf | footfall watch --rtt-lines -",
+                "A real board through a debug probe, by the RTT server of OpenOCD; the arrow keys change its parameters:",
+                "footfall watch --rtt tcp:localhost:9090",
             ),
             (
                 "The virtual board, whose parameters the arrow keys change:",
@@ -52,12 +48,12 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "footfall record --elf firmware.elf --virtual-board virtual-board --start-time 1700000000 -o walk.mcap",
             ),
             (
-                "A real board, whose log a debug probe's program passes on:",
-                "footfall record --elf firmware.elf --rtt tcp:localhost:19021 -o walk.csv",
+                "A real board through a debug probe, by the RTT server of J-Link:",
+                "footfall record --rtt jlink:localhost:19021 -o walk.csv",
             ),
             (
                 "A real board without a probe, through its serial port:",
-                "footfall record --elf firmware.elf --serial /dev/ttyACM0 -o walk.csv",
+                "footfall record --serial /dev/ttyACM0 -o walk.csv",
             ),
         ],
     ),

@@ -40,8 +40,8 @@ pub struct Options {
     /// Record the virtual board: its program
     #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "serial"])]
     pub virtual_board: Option<PathBuf>,
-    /// Record a real board: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD or
-    /// J-Link) or tcp-listen:HOST:PORT (a program that connects). Reset the board after the recording has begun: its boot record has the
+    /// Record a real board: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD),
+    /// jlink:HOST:PORT or tcp-listen:HOST:PORT (a program that connects). Reset the board after the recording has begun: its boot record has the
     /// calibration that converts codes to volts
     #[arg(
         long,

@@ -47,8 +47,8 @@ pub struct Options {
         conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub serial: Option<PathBuf>,
-    /// Watch a board that runs: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD
-    /// or J-Link; keys change the board's parameters, as with --serial) or tcp-listen:HOST:PORT (a program that connects)
+    /// Watch a board that runs: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD),
+    /// jlink:HOST:PORT or tcp-listen:HOST:PORT (a program that connects). With a server, keys change the board's parameters, as with --serial
     #[arg(
         long,
         value_name = "SOURCE",

@@ -13,7 +13,7 @@ pub struct At {
     /// The board's serial port: a device file
     #[arg(long, value_name = "PORT", conflicts_with = "rtt")]
     pub serial: Option<PathBuf>,
-    /// A server of OpenOCD or J-Link that passes on the board's RTT channel 1 in both directions: tcp:HOST:PORT
+    /// A server that passes on the board's RTT channel 1 in both directions: tcp:HOST:PORT (OpenOCD) or jlink:HOST:PORT
     #[arg(long, value_name = "SOURCE")]
     pub rtt: Option<Source>,
 }

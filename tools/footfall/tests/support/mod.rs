@@ -4,7 +4,8 @@
 
 use footfall::board::default_loop::{BoardLoop, TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL, typical_loop};
 use footfall::board::image::sha256;
-use footfall::board::telemetry::printed;
+use footfall::board::lines::{self, BoardLine, RECORDS};
+use footfall::board::transport::{Heard, Transport};
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
 use joint_loop::store::{robot_record, sensor_record};
@@ -16,7 +17,7 @@ use serde_json::json;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
-use wire::{Boot, BrownOut, Call, Frame, Inputs, Record, RecordId, Reset};
+use wire::{Boot, BrownOut, Call, Frame, Inputs, MAX_FRAME_BYTES, Record, RecordId, Reset, frame_record};
 
 /// What a board gives its loop in a tick.
 type BoardSample = Sample<SENSORS>;
@@ -101,6 +102,40 @@ fn rzcobs(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
+/// The frame of a record.
+pub(crate) fn framed(record: &Record) -> Vec<u8> {
+    frame_record(record, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
+}
+
+/// Bytes with the check sum of a frame, as one.
+pub(crate) fn framed_bytes(payload: &[u8]) -> Vec<u8> {
+    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(payload).to_le_bytes();
+    let mut frame = Vec::new();
+    for group in [payload, &sum].concat().split(|byte| *byte == 0) {
+        frame.push(group.len() as u8 + 1);
+        frame.extend(group);
+    }
+    frame.push(0);
+    frame
+}
+
+/// The records in the lines of a board, each with the place of its line.
+pub(crate) fn records(lines: &[String]) -> Vec<(usize, Record)> {
+    let mut transport = Transport::default();
+    let mut all = Vec::new();
+    for (place, line) in lines.iter().enumerate() {
+        if let Ok(BoardLine::Rtt { channel: RECORDS, bytes, .. }) = lines::parse(line) {
+            let pushed = transport.push(&bytes, |heard| {
+                if let Heard::Record(record) = heard {
+                    all.push((place, record));
+                }
+            });
+            pushed.unwrap();
+        }
+    }
+    all
+}
+
 pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -130,7 +165,7 @@ impl SimulatedBoard {
         let generator = record_of(&default.generator, &name).crc();
         let sensors = sensor_record::record_of(&default.sensors, &name).crc();
         let reset = Reset::ALL.into_iter().find(|reset| reset.name() == cause).unwrap();
-        self.log(&printed(&Record::Boot(Boot {
+        self.record(&Record::Boot(Boot {
             version: wire::VERSION,
             board: "f4-discovery".try_into().unwrap(),
             chip: "STM32F407VGTx".try_into().unwrap(),
@@ -146,7 +181,7 @@ impl SimulatedBoard {
             last_outputs: None,
             sealed: Some(true),
             brown_out: BrownOut { level: 3, wanted: 3 },
-        })));
+        }));
     }
 
     /// A reset: the loop starts again, records that were not sent are lost.
@@ -166,7 +201,11 @@ impl SimulatedBoard {
     }
 
     pub(crate) fn log(&mut self, text: &str) {
-        self.line(json!({ "type": "rtt", "t_s": self.t_s(), "hex": hex(&frame(text)) }));
+        self.line(json!({ "type": "rtt", "t_s": self.t_s(), "channel": 0, "hex": hex(&frame(text)) }));
+    }
+
+    pub(crate) fn record(&mut self, record: &Record) {
+        self.line(json!({ "type": "rtt", "t_s": self.t_s(), "channel": 1, "hex": hex(&framed(record)) }));
     }
 
     /// Ticks, with the button held or not; each as the board would tell it.
@@ -208,8 +247,8 @@ impl SimulatedBoard {
             if self.calls.len() == 10 {
                 let frame = self.joints.frame();
                 let calls = std::mem::take(&mut self.calls).into_iter().collect();
-                self.log(&printed(&Record::Inputs(Inputs { first_tick: frame.tick - 9, calls })));
-                self.log(&printed(&Record::Frame(Frame::from(&frame))));
+                self.record(&Record::Inputs(Inputs { first_tick: frame.tick - 9, calls }));
+                self.record(&Record::Frame(Frame::from(&frame)));
             }
             if self.t_ms.is_multiple_of(20) && command.pulses.is_some() {
                 let us = command.pulses.map(|pulses| pulses.map(|pulse| f64::from(pulse.0)));

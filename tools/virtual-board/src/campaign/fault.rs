@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::reports::{CAUSES, Counter, ENDS};
+use super::reports::{Counter, ends};
 use crate::script::Inject;
 
 /// What a fault must lead to.
@@ -138,18 +138,19 @@ impl Reaction {
 
 /// A cause that the supervisor gives, by its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Cause(pub(crate) u8);
+pub(crate) struct Cause(pub(crate) joint_loop::Cause);
 
 impl Cause {
     /// Its name.
-    pub(crate) fn name(self) -> &'static str {
-        CAUSES.get(usize::from(self.0)).copied().unwrap_or_default()
+    pub(crate) const fn name(self) -> &'static str {
+        self.0.name()
     }
 }
 
 impl<'de> Deserialize<'de> for Cause {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        place_of(from, &CAUSES, "cause").map(|place| Self(place as u8))
+        let all = joint_loop::Cause::ALL;
+        place_of(from, &all.map(joint_loop::Cause::name), "cause").map(|place| Self(all[place]))
     }
 }
 
@@ -159,7 +160,8 @@ pub(crate) struct End(pub(crate) &'static str);
 
 impl<'de> Deserialize<'de> for End {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        place_of(from, &ENDS, "end of a run").map(|place| Self(ENDS[place]))
+        let ends = ends();
+        place_of(from, &ends, "end of a run").map(|place| Self(ends[place]))
     }
 }
 

@@ -11,6 +11,6 @@ mod stage;
 pub(crate) use driving::Driving;
 pub(crate) use fault::{End, Expected, Fault, Reaction};
 pub(crate) use file::Campaign;
-pub(crate) use reports::{FAULT, Reports, Status, Totals};
+pub(crate) use reports::{Reports, Status, Totals};
 pub(crate) use several::{Draw, Several};
 pub(crate) use stage::{Press, Run, Sequence};

@@ -3,11 +3,12 @@
 use std::io::Write;
 
 use anyhow::{Context as _, Result};
+use joint_loop::SupervisorState;
 use rustix::fs::{FlockOperation, fcntl_lock};
 use serde::Serialize;
 
 use super::{BoardRun, PERIODIC_JOB_S};
-use crate::campaign::{Campaign, Draw, Driving, End, Expected, FAULT, Fault, Reaction, Reports, Sequence, Status};
+use crate::campaign::{Campaign, Draw, Driving, End, Expected, Fault, Reaction, Reports, Sequence, Status};
 use crate::inject::{Injection, InjectionKind};
 use crate::plant::ButtonPress;
 use crate::report;
@@ -226,7 +227,7 @@ impl<W: Write> BoardRun<'_, W> {
         let reaction = self.injections[place].reaction(self.cpu.machine().seconds());
         let outcome = Outcome {
             armed,
-            is_latched: before.is_some_and(|before| before.state == FAULT),
+            is_latched: before.is_some_and(|before| before.state == SupervisorState::Fault),
             stays: self.output_state().armed == armed,
             says: says(&self.reports, before, expected),
             said_us: said_s.zip(reaction.effect_s).map(|(said, effect)| (said - effect) * 1e6),
@@ -404,14 +405,14 @@ pub(super) fn cpu_s() -> Option<f64> {
 /// The reaction by what the board says of itself; `None`: one that no file can declare.
 fn says(reports: &Reports, before: Option<Status>, expected: &Expected) -> Option<Reaction> {
     let (before, now) = (before?, reports.status?);
-    if before.state == FAULT && now == before {
+    if before.state == SupervisorState::Fault && now == before {
         // It is latched: only the inputs of the ticks show another fault, of those that they carry.
-        let is_seen = expected.causes.iter().any(|cause| reports.saw_fault(cause.name()));
+        let is_seen = expected.causes.iter().any(|cause| reports.saw_fault(cause.0));
         return Some(if is_seen { Reaction::Fault } else { Reaction::None });
     }
     match now {
         _ if now == before => Some(Reaction::None),
-        Status { state: FAULT, .. } => Some(Reaction::Fault),
+        Status { state: SupervisorState::Fault, .. } => Some(Reaction::Fault),
         Status { state, .. } if state == before.state => Some(Reaction::Cause),
         _ => None,
     }

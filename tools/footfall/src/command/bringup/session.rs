@@ -29,6 +29,8 @@ const PULSES_S: f64 = 1.5;
 const CODES_S: f64 = 2.0;
 /// How long the line is watched after pulses have ended, s: 50 servo frames.
 const AFTER_S: f64 = 1.0;
+/// How long the button is left alone after a refusal, s: presses that come too often arm for 5 s no more (docs/boards.md).
+const BETWEEN_PRESSES_S: f64 = 5.5;
 /// Ticks of two servo frames: a pulse that the board reports goes to the servo in the next frame, which has ended by then.
 const TWO_FRAMES: u32 = 40;
 /// Distances of the measured pulses from that of the park pose, us. The way between two of them takes half a second.
@@ -87,6 +89,8 @@ pub(super) struct Session<'a, W> {
     versions: Versions,
     /// The board's own minimum of its supply, V.
     min_supply_v: Option<f64>,
+    /// The emergency stop was not tested since the boot, as far as is known.
+    is_untested: bool,
     /// Tick of the last pulse that was asked for again.
     jogged: u32,
     found: Vec<Quantity>,
@@ -114,6 +118,7 @@ impl<'a, W: Write> Session<'a, W> {
             step: 0,
             versions,
             min_supply_v: None,
+            is_untested: false,
             jogged: 0,
             found: Vec::new(),
         }
@@ -223,7 +228,9 @@ impl<'a, W: Write> Session<'a, W> {
         while Instant::now() < until {
             self.board.listen_through_loss()?;
             if let Some((at, boot)) = self.board.boot() {
-                return Ok(Some((at, boot.clone())));
+                let boot = boot.clone();
+                self.is_untested = true;
+                return Ok(Some((at, boot)));
             }
         }
         Ok(None)
@@ -423,20 +430,39 @@ impl<'a, W: Write> Session<'a, W> {
             }
             other => return Ok(Err(format!("it refuses a trim: {}", other.name()))),
         }
-        self.say(
-            "  now: after a boot press the emergency stop and release it; then hold the button for half a second",
-        )?;
-        self.board.forget();
         let until = Instant::now() + Duration::from_secs(PATIENCE_S);
-        while Instant::now() < until {
-            self.board.listen()?;
-            if self.board.state() == Some(SupervisorState::Trimming) {
-                return Ok(Ok(()));
+        let mut refused: Option<(SupervisorState, Cause)> = None;
+        loop {
+            self.say(if self.is_untested {
+                "  now: press the emergency stop and release it; then hold the button for half a second"
+            } else {
+                "  now: hold the button for half a second"
+            })?;
+            self.board.forget();
+            loop {
+                self.board.listen()?;
+                if self.board.state() == Some(SupervisorState::Trimming) {
+                    self.is_untested = false;
+                    return Ok(Ok(()));
+                }
+                if let Some(change) = self.board.changes().next_back().filter(|change| change.cause != Cause::None) {
+                    refused = Some((change.state, change.cause));
+                    break;
+                }
+                if Instant::now() >= until {
+                    let why: Vec<&str> = self.board.refused().collect();
+                    let cause = refused.map_or("none", |(_, cause)| cause.name());
+                    return Ok(Err(format!("it gives no pulses; cause {cause} {}", why.join("; "))));
+                }
             }
+            let Some((state, cause)) = refused else { continue };
+            if state == SupervisorState::Fault {
+                return Ok(Err(format!("fault, cause {}: a hold of the button acknowledges it", cause.name())));
+            }
+            self.is_untested |= cause == Cause::StopUntested;
+            self.say(format_args!("  refused, cause {}: wait", cause.name()))?;
+            self.board.listen_for(BETWEEN_PRESSES_S)?;
         }
-        let refused: Vec<&str> = self.board.refused().collect();
-        let cause = self.board.changes().next_back().map(|change| change.cause.name());
-        Ok(Err(format!("it gives no pulses; cause {}; {}", cause.unwrap_or("none"), refused.join("; "))))
     }
 
     /// Moves the pulse of the joint, and collects pulses at the line for a while; pulses and the commanded width.
@@ -593,25 +619,19 @@ impl<'a, W: Write> Session<'a, W> {
             }
             session.say("  now: press the emergency stop, and hold it for a second")?;
             let until = Instant::now() + Duration::from_secs(PATIENCE_S);
-            let pressed = loop {
+            while session.board.state() == Some(SupervisorState::Trimming) && Instant::now() < until {
                 session.board.listen()?;
-                let mut calls = session.board.calls();
-                let found = calls.find(|(_, call)| call.flags.faults().contains(BoardFaults::BREAK_INPUT));
-                if let Some((tick, _)) = found {
-                    break Some(tick);
-                }
-                drop(calls);
                 // The board ends a trim whose host is silent.
-                let silent = session.board.state() != Some(SupervisorState::Trimming);
-                if silent || Instant::now() >= until {
-                    break None;
-                }
                 session.keep_trimming(JOINT)?;
-            };
+            }
+            // The inputs of the tick come after the frame that shows what followed, and the edges after both.
+            session.board.listen_for(AFTER_S)?;
+            let pressed = session.board.calls().find(|(_, call)| call.flags.faults().contains(BoardFaults::BREAK_INPUT));
+            let pressed = pressed.map(|(tick, _)| tick);
             let Some(tick) = pressed else {
+                session.disarm()?;
                 return Ok(Err("the board did not see the emergency stop".into()));
             };
-            session.board.listen_for(AFTER_S)?;
             let tick_us = i64::from(tick) * 1_000;
             let last = session.board.edges().map(edge_us).filter(|us| *us <= tick_us + i64::from(LATE_US)).max();
             let later = session.board.edges().filter(|edge| edge_us(edge) > tick_us + i64::from(LATE_US)).count();
@@ -676,6 +696,7 @@ impl<'a, W: Write> Session<'a, W> {
                 session.disarm()?;
                 return Ok(Err(format!("the board was not reset within {PATIENCE_S} s")));
             };
+            session.is_untested = true;
             session.board.forget();
             session.board.listen_for(AFTER_S)?;
             let later = session.board.edges().count();

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | a file or a named pipe | bytes saved by `nc` from a server or by J-Link's RTT Logger |
 //! | `-` | standard input |
-//! | `tcp:HOST:PORT` | a server of raw bytes: OpenOCD's `rtt server start PORT 1`, J-Link's on port 19021. What is sent to it goes to the board |
+//! | `tcp:HOST:PORT` | a server of raw bytes: OpenOCD's `rtt server start PORT 1`. What is sent to it goes to the board |
+//! | `jlink:HOST:PORT` | the same of J-Link, on port 19021, which is asked for channel 1 |
 //! | `tcp-listen:HOST:PORT` | a program that connects here: `cargo embed`, with that address as the `socket` of channel 1 |
 //!
 //! A thread reads, so that the disk does not block it; its queue is bounded, and when it is full the source waits. A board whose source
@@ -29,6 +30,9 @@ const CONNECT_WITHIN: Duration = Duration::from_secs(3);
 /// one that was killed leaves it so. A zero ends a frame, and is none.
 const ASK_AFTER: Duration = Duration::from_secs(1);
 
+/// Asks J-Link for channel 1, within 100 ms of the connection (SEGGER, "J-Link RTT TELNET Channel").
+const JLINK_CHANNEL: &[u8] = b"$$SEGGER_TELNET_ConfigStr=RTTCh;1$$";
+
 /// Bytes of one read.
 const BLOCK: usize = 4096;
 
@@ -41,6 +45,8 @@ pub enum Source {
     Stdin,
     /// A server: `HOST:PORT`.
     Tcp(String),
+    /// The server of J-Link: `HOST:PORT`.
+    JLink(String),
     /// A program that connects to this address, `HOST:PORT`.
     TcpListen(String),
 }
@@ -51,7 +57,8 @@ impl FromStr for Source {
     fn from_str(text: &str) -> Result<Self, String> {
         let wanted = || {
             format!(
-                "`{text}`: allowed are a file, `-` for standard input, tcp:HOST:PORT for a server, and tcp-listen:HOST:PORT for a program that connects"
+                "`{text}`: allowed are a file, `-` for standard input, tcp:HOST:PORT for a server, jlink:HOST:PORT for that of J-Link, and \
+                 tcp-listen:HOST:PORT for a program that connects"
             )
         };
         let address = |address: &str| match address.rsplit_once(':') {
@@ -60,9 +67,10 @@ impl FromStr for Source {
             }
             _ => Err(wanted()),
         };
-        match (text.strip_prefix("tcp:"), text.strip_prefix("tcp-listen:")) {
-            (Some(server), _) => address(server).map(Self::Tcp),
-            (_, Some(here)) => address(here).map(Self::TcpListen),
+        match text.split_once(':') {
+            Some(("tcp", server)) => address(server).map(Self::Tcp),
+            Some(("jlink", server)) => address(server).map(Self::JLink),
+            Some(("tcp-listen", here)) => address(here).map(Self::TcpListen),
             _ if text == "-" => Ok(Self::Stdin),
             _ if text.is_empty() => Err(wanted()),
             _ => Ok(Self::File(text.into())),
@@ -76,6 +84,7 @@ impl std::fmt::Display for Source {
             Self::File(path) => path.display().fmt(f),
             Self::Stdin => f.write_str("standard input"),
             Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::JLink(address) => write!(f, "jlink:{address}"),
             Self::TcpListen(address) => write!(f, "tcp-listen:{address}"),
         }
     }
@@ -119,8 +128,11 @@ impl Stream {
         Ok(match source {
             Source::File(path) => Self::of(File::open(path)?),
             Source::Stdin => Self::of(io::stdin()),
-            Source::Tcp(address) => {
-                let stream = connected(address)?;
+            Source::Tcp(address) | Source::JLink(address) => {
+                let mut stream = connected(address)?;
+                if matches!(source, Source::JLink(_)) {
+                    stream.write_all(JLINK_CHANNEL)?;
+                }
                 let server = Server { stream: stream.try_clone()?, ask_at: Some(Instant::now() + ASK_AFTER) };
                 Self { server: Some(server), ..Self::of(stream) }
             }
@@ -225,6 +237,7 @@ mod tests {
         assert_eq!("walk.rtt".parse(), Ok(Source::File("walk.rtt".into())));
         assert_eq!("tcp:localhost:9090".parse(), Ok(Source::Tcp("localhost:9090".into())));
         assert_eq!("tcp-listen:localhost:9090".parse(), Ok(Source::TcpListen("localhost:9090".into())));
+        assert_eq!("jlink:localhost:19021".parse(), Ok(Source::JLink("localhost:19021".into())));
         for bad in [
             "",
             "tcp:",
@@ -243,9 +256,12 @@ mod tests {
     #[test]
     fn a_silent_server_is_asked_once_and_a_request_goes_back() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let source = Source::Tcp(listener.local_addr().unwrap().to_string());
+        let source = Source::JLink(listener.local_addr().unwrap().to_string());
         let mut stream = Stream::open(&source).unwrap();
         let (mut board, _) = listener.accept().unwrap();
+        let mut asked = [0; JLINK_CHANNEL.len()];
+        board.read_exact(&mut asked).unwrap();
+        assert_eq!(asked, JLINK_CHANNEL);
         let began = Instant::now();
         while began.elapsed() < ASK_AFTER + Duration::from_millis(300) {
             assert!(matches!(stream.next(Duration::from_millis(10)), Came::Nothing));
