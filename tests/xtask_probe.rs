@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         a_walk_is_watched_and_recorded(Image, Program, ProbeRs),
         the_brown_out_reset_gets_its_level_and_nothing_else_changes(Image, ProbeRs),
         the_runner_of_cargo_seals_writes_and_starts(Image, ProbeRs),
+        cargo_embed_writes_an_image_that_walks(Image, ProbeRs, Terminal),
     ])
 }
 
@@ -405,4 +406,30 @@ fn the_runner_of_cargo_seals_writes_and_starts() {
     let other = other.args(["xtask", "run-image"]).arg(std::env::var_os("FOOTFALL_VIRTUAL_BOARD").unwrap()).output();
     let errors = String::from_utf8_lossy(&other.unwrap().stderr).into_owned();
     assert!(errors.contains("not a 32 bit little-endian ELF file"), "{errors}");
+}
+
+/// With the settings in the folder of the firmware, which `cargo embed` reads there; its screen wants a terminal.
+fn cargo_embed_writes_an_image_that_walks() {
+    let board = Bench::start(["--erased"]);
+    let mut image = std::fs::read(elf()).unwrap();
+    let at = image.windows(4).position(|bytes| bytes == b"SEAL").expect("a sealed image");
+    image[at..at + 12].fill(0xFF);
+    std::fs::write(board.at("firmware"), image).unwrap();
+    let embed = format!(
+        "{} cargo-embed --disable-progressbars --probe 0:0:{} --path {}",
+        test_suite::probe_rs().display(),
+        board.address,
+        board.at("firmware").display()
+    );
+    let mut screen = Log::start(board.beside("script", "firmware").args(["-qfec", &embed, "/dev/null"]));
+    let boots = board.of_kind("boot").len();
+    // The loader resets the chip, and the end of the download once more.
+    until("the boot of the image", || {
+        assert!(screen.child.try_wait().unwrap().is_none(), "{}", screen.said.text());
+        board.of_kind("boot").len() > boots
+            && board.of_kind("status").last().is_some_and(|line| line["hclk_hz"] == 168_000_000)
+    });
+    board.arm();
+    screen.child.kill().unwrap();
+    screen.child.wait().unwrap();
 }

@@ -112,9 +112,7 @@ pub fn run_image(image: &PicoImage, scenario: &Value, flash: &[(u32, &[u8])]) ->
     }
     std::fs::write(file("scenario.json"), scenario.to_string()).expect("written");
     let mut node = Command::new("node");
-    node.arg(emulator().join("run.mjs"))
-        .arg(&image.uf2)
-        .args(["scenario.json", "log", "records", "serial"].map(file));
+    node.arg(emulator().join("run.mjs")).arg(&image.uf2).args(["scenario.json", "log", "records", "serial"].map(file));
     let output = node.output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let ran: Value = serde_json::from_slice(&output.stdout).expect("JSON");

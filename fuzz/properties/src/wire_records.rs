@@ -3,8 +3,8 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use joint_loop::tuning::Request;
 use wire::{
-    Edge, FrameError, MAX_BYTES, MAX_FRAME_BYTES, Record, Unframer, VERSION, decode, decode_framed,
-    decode_request, encode, frame_record, frame_request,
+    Edge, FrameError, MAX_BYTES, MAX_FRAME_BYTES, Record, Unframer, VERSION, decode, decode_framed, decode_request,
+    encode, frame_record, frame_request,
 };
 
 /// Records: an accepted one is written in at most as many bytes, which are read as the same record. By their bytes and words, because a number

@@ -80,15 +80,12 @@ fn plain_lines(text: &str) -> Vec<String> {
     let mut plain = String::new();
     let mut characters = text.chars();
     while let Some(character) = characters.next() {
-        match character {
-            '\x1b' => {
-                if characters.next() == Some('[') {
-                    characters.find(|character| ('\x40'..='\x7e').contains(character));
-                }
+        if character == '\x1b' {
+            if characters.next() == Some('[') {
+                characters.find(|character| ('\x40'..='\x7e').contains(character));
             }
-            '\n' => plain.push('\n'),
-            character if !character.is_control() => plain.push(character),
-            _ => {}
+        } else if character == '\n' || !character.is_control() {
+            plain.push(character);
         }
     }
     plain.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect()

@@ -119,12 +119,9 @@ impl Shown {
         Vec::new()
     }
 
-    /// Reports what the board warns of, each once in a boot. A log has those lines of the board.
+    /// Reports what the board warns of, each once in a boot.
     fn warn(&mut self, now: Warnings) -> Vec<News> {
         let before = std::mem::replace(&mut self.warned, now);
-        if self.has_log {
-            return Vec::new();
-        }
         let new = now.each().filter(|one| !before.contains(*one)).map(explained);
         let lines: Vec<_> =
             new.map(|text| Event::Log { t_s: self.view.t_s, level: "warn".into(), text: text.into() }).collect();
@@ -245,7 +242,7 @@ mod tests {
         assert_eq!(warnings, 2);
     }
 
-    /// Each warning is one line of a boot at a port, and none where the board's own log has it.
+    /// Each warning is one line of a boot.
     #[test]
     fn what_a_board_warns_of_is_said_once_in_a_boot() {
         let report = |warnings| {
@@ -264,16 +261,14 @@ mod tests {
             });
             lines.collect::<Vec<_>>()
         };
-        for has_log in [false, true] {
-            let mut shown = Shown::titled("a board".into(), has_log, Publisher::default());
-            let both = Warnings::UNSEALED.with(Warnings::BROWN_OUT);
-            let counts = [Warnings::UNSEALED, both, both].map(|warnings| said(&shown.take(report(warnings))).len());
-            assert_eq!(counts, if has_log { [0; 3] } else { [1, 1, 0] });
-            let _ = shown.restart("pin");
-            let lines = said(&shown.take(report(both)));
-            assert_eq!(lines.len(), if has_log { 0 } else { 2 }, "after a reset again");
-            assert!(has_log || lines[1].contains("cargo xtask board brown-out"), "{lines:?}");
-        }
+        let mut shown = Shown::titled("a board".into(), Publisher::default());
+        let both = Warnings::UNSEALED.with(Warnings::BROWN_OUT);
+        let counts = [Warnings::UNSEALED, both, both].map(|warnings| said(&shown.take(report(warnings))).len());
+        assert_eq!(counts, [1, 1, 0]);
+        let _ = shown.restart("pin");
+        let lines = said(&shown.take(report(both)));
+        assert_eq!(lines.len(), 2, "after a reset again");
+        assert!(lines[1].contains("cargo xtask board brown-out"), "{lines:?}");
     }
 
     #[test]
