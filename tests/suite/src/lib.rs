@@ -36,6 +36,9 @@ const PROGRAM: &str = "FOOTFALL_BIN";
 /// Python, with the packages of `tools/footfall/tests/python/requirements.txt`.
 const PYTHON: &str = "FOOTFALL_PYTHON";
 
+/// The version of probe-rs whose remote protocol and output the tests know.
+const PROBE_RS: &str = "0.32.0";
+
 /// Names another folder of recordings.
 const TRACES: &str = "FOOTFALL_TRACES";
 
@@ -65,6 +68,10 @@ pub enum Need {
     Terminal,
     /// Python, with packages.
     Python,
+    /// The program `probe-rs`.
+    Probe,
+    /// The program `gdb-multiarch`.
+    Debugger,
     /// The folder of other programs' files beside that of the recordings.
     Wild,
 }
@@ -84,12 +91,13 @@ impl Need {
             Self::PicoImage => "node",
             Self::Terminal => "terminal",
             Self::Python => "python",
+            Self::Probe | Self::Debugger => "probe",
         }
     }
 
     /// Whether it is an image or the host tool, which the step `host-tests` has not.
     fn is_built_apart(self) -> bool {
-        !matches!(self, Self::Traces | Self::Wild | Self::Terminal | Self::Python)
+        !matches!(self, Self::Traces | Self::Wild | Self::Terminal | Self::Python | Self::Probe | Self::Debugger)
     }
 
     /// What is missing and what to do; `None` if it is there.
@@ -110,6 +118,10 @@ impl Need {
                 let words = || format!("no recordings in {}; {TRACES} names {which}", folder.display());
                 return (!folder.is_dir()).then(words);
             }
+            Self::Probe => {
+                return missing_program("probe-rs", Some(PROBE_RS), "`cargo xtask setup --with probe` installs it");
+            }
+            Self::Debugger => return missing_program("gdb-multiarch", None, "the package of this name has it"),
             Self::Terminal => {
                 // Other systems have a `script` with other options.
                 let version = Command::new("script").arg("--version").stdin(Stdio::null()).output();
@@ -122,6 +134,16 @@ impl Need {
         let verb = if unset.len() == 1 { "is" } else { "are" };
         (!unset.is_empty()).then(|| format!("{} {verb} not set; `cargo xtask test` sets them", unset.join(" and ")))
     }
+}
+
+/// What to do about a program that does not run, or whose version is another one than is wanted; `None`: it is there.
+fn missing_program(name: &str, version: Option<&str>, remedy: &str) -> Option<String> {
+    let Ok(output) = Command::new(name).arg("--version").stdin(Stdio::null()).output() else {
+        return Some(format!("no program `{name}`; {remedy}"));
+    };
+    let text = String::from_utf8_lossy(&output.stdout);
+    let wanted = version.filter(|version| !text.contains(version))?;
+    Some(format!("`{name}` is not of version {wanted}; {remedy}"))
 }
 
 /// The Python of [`Need::Python`].
