@@ -39,6 +39,7 @@ fn main() -> ExitCode {
         a_long_row_of_crashes_stays_locked_until_a_person_acts(Image),
         a_supply_that_drops_again_and_again_moves_no_pin_by_itself(Image),
         every_supply_of_a_discovery_starts_and_walks(Image),
+        a_supply_of_a_discovery_is_enough_for_level_2_and_not_always_for_level_3(Image),
     ])
 }
 
@@ -332,5 +333,31 @@ fn every_supply_of_a_discovery_starts_and_walks() {
         assert_eq!(ran.boots.iter().filter(|boot| boot.boot.is_some()).count(), if starts { 2 } else { 1 });
         let samples = ran.boots.iter().flat_map(|boot| &boot.conditions);
         assert!(samples.clone().count() > 0 && samples.into_iter().all(|seen| seen.supply_dips == 0), "{volts} V");
+    }
+}
+
+/// The regulator of a Discovery behind its diode gives 2.89 to 3.07 V, and the thresholds of the brown-out reset have a spread (data sheet STM32F405/407,
+/// VBOR2 and VBOR3): the rising one of level 3 is 2.85 to 2.97 V.
+fn a_supply_of_a_discovery_is_enough_for_level_2_and_not_always_for_level_3() {
+    let board = Board::find();
+    let ticks = |level: &str, volts: &str, threshold: &str| {
+        let options = ["--secs", "0.3", "--vdd", volts, "--brown-out-level", level, "--brown-out-threshold", threshold];
+        let ran = board.run(options);
+        assert_eq!((ran.end.resets.len(), ran.end.lints.len()), (0, 0), "{options:?}: {:?}", ran.end);
+        ran.boots[0].ticks.len()
+    };
+    for volts in ["2.89", "2.95", "3.07"] {
+        for threshold in ["min", "typical", "max"] {
+            assert!(ticks("2", volts, threshold) > 100, "{volts} V, {threshold}");
+        }
+    }
+    for (volts, threshold, starts) in [
+        ("2.89", "min", true),
+        ("2.89", "typical", false),
+        ("2.95", "typical", true),
+        ("2.95", "max", false),
+        ("3.07", "max", true),
+    ] {
+        assert_eq!(ticks("3", volts, threshold) > 0, starts, "level 3 at {volts} V, {threshold}");
     }
 }

@@ -72,6 +72,8 @@ pub enum Need {
     Terminal,
     /// Python, with packages.
     Python,
+    /// The program `gdb-multiarch`.
+    Debugger,
     /// The folder of other programs' files beside that of the recordings.
     Wild,
 }
@@ -89,15 +91,15 @@ impl Need {
             | Self::Program => "virtual-board",
             Self::Traces | Self::Wild => "traces",
             Self::PicoImage => "node",
-            Self::ProbeRs => "probe",
             Self::Terminal => "terminal",
             Self::Python => "python",
+            Self::ProbeRs | Self::Debugger => "probe",
         }
     }
 
     /// Whether it is an image or the host tool, which the step `host-tests` has not.
     fn is_built_apart(self) -> bool {
-        !matches!(self, Self::Traces | Self::Wild | Self::Terminal | Self::Python)
+        !matches!(self, Self::Traces | Self::Wild | Self::Terminal | Self::Python | Self::Debugger)
     }
 
     /// What is missing and what to do; `None` if it is there.
@@ -118,6 +120,11 @@ impl Need {
                 let which = if self == Self::Wild { "the folder beside `wild`" } else { "another folder" };
                 let words = || format!("no recordings in {}; {TRACES} names {which}", folder.display());
                 return (!folder.is_dir()).then(words);
+            }
+            Self::Debugger => {
+                let version = Command::new("gdb-multiarch").arg("--version").stdin(Stdio::null()).output();
+                let words = || "no program `gdb-multiarch`; the package of this name has it".to_owned();
+                return version.is_err().then(words);
             }
             Self::Terminal => {
                 // Other systems have a `script` with other options.

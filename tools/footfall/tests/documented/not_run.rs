@@ -3,6 +3,20 @@
 /// Reason, and the lines.
 pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
     (
+        "needs probe-rs and a virtual board that runs beside it; `tests/board_probe.rs` runs them",
+        &[
+            "target/host/virtual-board --probe 127.0.0.1:4444 --erased",
+            "export PROBE_RS_PROBE=1d50:6018:127.0.0.1:4444 PROBE_RS_PROTOCOL=swd PROBE_RS_CHIP=STM32F407VG",
+            "probe-rs download --verify firmware.elf",
+            "probe-rs run --no-catch-reset --no-catch-hardfault --no-catch-svc --no-catch-hlt firmware.elf",
+            "probe-rs attach --no-catch-reset --no-catch-hardfault --no-catch-svc --no-catch-hlt firmware.elf",
+            "probe-rs read b32 0xE0042000 1",
+            "probe-rs erase",
+            "probe-rs gdb firmware.elf",
+            "gdb-multiarch firmware.elf -ex 'target remote 127.0.0.1:1337' -ex 'break control_step' -ex continue -ex backtrace",
+        ],
+    ),
+    (
         "builds the firmware image and the virtual board",
         &[
             "cargo xtask run",

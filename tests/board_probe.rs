@@ -1,0 +1,455 @@
+//! The flashed image under a debugger: stock `probe-rs` connects to the virtual board as to a debug probe with its target, and `gdb-multiarch` to probe-rs.
+//!
+//! probe-rs' own loader programs the flash: it runs on the emulated core, against the model of the flash interface. What a debugger has set lasts, as on
+//! the chip, until the power is switched off: halting by a break point, and the vector catches, with which a fault or a reset halts the core.
+
+use firmware::board::ROBOT_SECTOR;
+use footfall_tests::limits::assert_in_time;
+use footfall_tests::recordings::default_volts_file;
+use joint_loop::store::robot_record;
+use joint_loop::{RecordName, RobotConfig};
+use serde_json::Value;
+use std::ffi::OsString;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write as _};
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, Command, ExitCode, Output, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+use test_suite::{report, tests};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        an_erased_chip_is_flashed_walks_and_is_erased(Image, ProbeRs),
+        the_log_is_read_by_run_and_by_attach(Image, ProbeRs),
+        registers_and_memory_are_read_and_written(Image, ProbeRs),
+        gdb_stops_in_a_tick_and_watches_a_variable(Image, ProbeRs, Debugger),
+        catches_outlast_client_and_reset_until_the_power_is_off(Image, ProbeRs),
+        without_catches_a_fault_switches_the_outputs_off_in_time(Image, ProbeRs),
+    ])
+}
+
+/// Longest wait for anything: a sector of 128 KiB takes a second, and the machine may do other things.
+const PATIENCE: Duration = Duration::from_secs(240);
+/// The name of the chip for probe-rs.
+const CHIP: &str = "STM32F407VG";
+/// Catch nothing: all four, or a fault still halts.
+const NO_CATCH: [&str; 4] = ["--no-catch-reset", "--no-catch-hardfault", "--no-catch-svc", "--no-catch-hlt"];
+/// Debug halting control and status, and its bits; exception and monitor control, with the catches.
+const DHCSR: u32 = 0xE000_EDF0;
+const C_DEBUGEN: u32 = 1;
+const S_HALT: u32 = 1 << 17;
+const DEMCR: u32 = 0xE000_EDFC;
+const VC_CORERESET: u32 = 1;
+const VC_HARDERR: u32 = 1 << 10;
+
+fn variable(name: &str) -> OsString {
+    std::env::var_os(name).unwrap_or_else(|| panic!("{name} is set"))
+}
+
+/// A virtual board that is a debug probe.
+struct Board {
+    child: Child,
+    console: ChildStdin,
+    lines: Arc<Mutex<Vec<Value>>>,
+    address: String,
+    robot: tempfile::NamedTempFile,
+}
+
+impl Board {
+    /// Starts a board with these options. A sensor is moved by a recorded walk.
+    fn start(options: &[&str], has_image: bool) -> Board {
+        let robot = tempfile::NamedTempFile::new().expect("a file");
+        let record = robot_record::record_of(&RobotConfig::default_biped(), &RecordName::BUILT_IN);
+        fs::write(robot.path(), record.bytes()).expect("written");
+        let mut command = Command::new(variable("FOOTFALL_VIRTUAL_BOARD"));
+        command.args(["--probe", "127.0.0.1:0", "--loop", "--volts"]).arg(default_volts_file()).args(options);
+        if has_image {
+            command.arg(variable("FOOTFALL_ELF"));
+            command.arg("--flash").arg(format!("{ROBOT_SECTOR:#010x}={}", robot.path().display()));
+        } else {
+            command.arg("--erased");
+        }
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the virtual board runs");
+        let console = child.stdin.take().expect("piped");
+        let output = BufReader::new(child.stdout.take().expect("piped"));
+        let lines = Arc::new(Mutex::new(Vec::new()));
+        let to = Arc::clone(&lines);
+        thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                to.lock().expect("no panic").push(serde_json::from_str(&line).expect("an object"));
+            }
+        });
+        let mut board = Board { child, console, lines, address: String::new(), robot };
+        let address = |lines: &[Value]| lines.iter().find_map(|line| Some(of(line, "probe")?["address"].clone()));
+        board.address = board.until("address of the probe", address).as_str().expect("a text").into();
+        board
+    }
+
+    /// Waits until the lines of the board show something.
+    fn until<T>(&self, what: &str, mut find: impl FnMut(&[Value]) -> Option<T>) -> T {
+        let begin = Instant::now();
+        loop {
+            if let Some(found) = find(&self.lines.lock().expect("no panic")) {
+                return found;
+            }
+            let lines = self.lines.lock().expect("no panic");
+            assert!(begin.elapsed() < PATIENCE, "no {what}: {:?}", lines.iter().rev().take(5).collect::<Vec<_>>());
+            drop(lines);
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Number of lines so far, from which on [`Board::until`] may look for new ones.
+    fn count(&self) -> usize {
+        self.lines.lock().expect("no panic").len()
+    }
+
+    /// Waits until so much more virtual time has passed.
+    fn pass(&self, seconds: f64) {
+        let from = self.count();
+        let time = |line: &Value| of(line, "status")?["t_s"].as_f64();
+        let start = self.until("status", |lines| lines[from..].iter().find_map(time));
+        self.until("status", |lines| lines[from..].iter().filter_map(time).find(|t_s| *t_s >= start + seconds));
+    }
+
+    /// Gives the board a command.
+    fn command(&mut self, command: &str) {
+        writeln!(self.console, "{command}").expect("the board reads");
+    }
+
+    /// The emergency stop is tested, and the button is held: the board arms and walks. Returns the first line of pulses.
+    fn arm(&mut self) -> Value {
+        self.pass(1.0);
+        let from = self.count();
+        self.command("stop");
+        self.pass(0.3);
+        self.command("hold");
+        self.until("pulses", |lines| lines[from..].iter().find(|line| of(line, "pulses").is_some()).cloned())
+    }
+
+    /// probe-rs with these arguments, and the options that find this board.
+    fn probe_rs(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(test_suite::probe_rs());
+        let (name, rest) = arguments.split_first().expect("a command");
+        command.arg(name).args(["--probe", &format!("1d50:6018:{}", self.address), "--protocol", "swd"]);
+        command.args(["--chip", CHIP]).args(rest);
+        // A warning for each kind of probe for which there is no USB.
+        command.env("RUST_LOG", "error").env("RUST_BACKTRACE", "0").stdin(Stdio::null());
+        command
+    }
+
+    /// Runs probe-rs to its end; returns its standard output.
+    fn probe(&self, arguments: &[&str]) -> String {
+        let output = self.probe_rs(arguments).output().expect("probe-rs runs");
+        assert_good(&output, arguments);
+        String::from_utf8(output.stdout).expect("text")
+    }
+
+    /// Reads words.
+    fn read(&self, address: u32, count: usize) -> Vec<u32> {
+        let text = self.probe(&["read", "b32", &format!("{address:#x}"), &count.to_string()]);
+        let words = text.split_whitespace().filter(|word| !word.ends_with(':'));
+        words.map(|word| u32::from_str_radix(word, 16).expect("hexadecimal")).collect()
+    }
+
+    /// Downloads image and robot record, and lets the board boot.
+    fn download(&self) {
+        let elf = variable("FOOTFALL_ELF");
+        self.probe(&["download", "--verify", elf.to_str().expect("text")]);
+        let robot = self.robot.path().to_str().expect("text");
+        let sector = format!("{ROBOT_SECTOR:#x}");
+        self.probe(&["download", "--binary-format", "bin", "--base-address", &sector, "--verify", robot]);
+    }
+
+    /// Ends the board; returns its last line.
+    fn end(mut self) -> Value {
+        self.command("quit");
+        let end = self.until("last line", |lines| lines.iter().find_map(|line| of(line, "end").cloned()));
+        assert_eq!((&end["unmodelled"], &end["unexpected_faults"]), (&0.into(), &0.into()), "{end}");
+        assert_eq!(end["lints"], Value::Array(vec![]), "accesses of a debugger are no lints");
+        end
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        // It may have ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The line if it is of a type.
+fn of<'a>(line: &'a Value, kind: &str) -> Option<&'a Value> {
+    (line["type"] == kind).then_some(line)
+}
+
+fn assert_good(output: &Output, arguments: &[&str]) {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "probe-rs {arguments:?}: {errors}{}", String::from_utf8_lossy(&output.stdout));
+}
+
+/// A probe-rs that runs until it is ended, and what it writes.
+struct Session {
+    child: Child,
+    text: Arc<Mutex<String>>,
+}
+
+impl Session {
+    fn start(command: &mut Command) -> Session {
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("probe-rs runs");
+        let text = Arc::new(Mutex::new(String::new()));
+        let streams: [Box<dyn Read + Send>; 2] =
+            [Box::new(child.stdout.take().expect("piped")), Box::new(child.stderr.take().expect("piped"))];
+        for stream in streams {
+            let to = Arc::clone(&text);
+            thread::spawn(move || {
+                for line in BufReader::new(stream).lines().map_while(Result::ok) {
+                    let mut text = to.lock().expect("no panic");
+                    text.push_str(&line);
+                    text.push('\n');
+                }
+            });
+        }
+        Session { child, text }
+    }
+
+    /// Waits until it has written a word.
+    fn until(&self, word: &str) {
+        let begin = Instant::now();
+        loop {
+            let text = self.text.lock().expect("no panic").clone();
+            if text.contains(word) {
+                return;
+            }
+            assert!(begin.elapsed() < PATIENCE, "no `{word}` in:\n{text}");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ends it as Ctrl-C does.
+    fn interrupt(mut self) -> String {
+        let ended = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status();
+        assert!(ended.expect("kill runs").success());
+        self.child.wait().expect("it ends");
+        let text = self.text.lock().expect("no panic");
+        text.clone()
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn an_erased_chip_is_flashed_walks_and_is_erased() {
+    let mut board = Board::start(&[], false);
+    assert_eq!(board.read(0x0800_0000, 2), [u32::MAX; 2]);
+    let begin = Instant::now();
+    board.download();
+    report!("image and robot record are downloaded and verified in {:.1} s", begin.elapsed().as_secs_f64());
+    // The first word of the image: the initial stack pointer.
+    assert_eq!(board.read(0x0800_0000, 1)[0] >> 24, 0x20);
+    board.probe(&["reset"]);
+    board.arm();
+    board.pass(3.0);
+    board.probe(&["erase"]);
+    let ends: Vec<u32> = [0x0800_0000, ROBOT_SECTOR, 0x080F_FFFC].iter().flat_map(|at| board.read(*at, 1)).collect();
+    assert_eq!(ends, [u32::MAX; 3]);
+    // The judge has the limits of the record that was downloaded.
+    let end = board.end();
+    assert!(end["judged"]["pulses"].as_u64().is_some_and(|pulses| pulses > 400), "{end}");
+    assert_eq!(end["judged"]["violations"], 0, "{end}");
+}
+
+fn the_log_is_read_by_run_and_by_attach() {
+    let elf = variable("FOOTFALL_ELF");
+    let elf = elf.to_str().expect("text");
+    let mut board = Board::start(&[], true);
+    // `run` downloads the image again. The parameter sectors stay.
+    let run = Session::start(board.probe_rs(&["run"]).args(NO_CATCH).arg(elf));
+    run.until("f4-discovery");
+    assert!(run.interrupt().contains("reset"));
+    board.pass(1.0);
+    let attach = Session::start(board.probe_rs(&["attach"]).args(NO_CATCH).arg(elf));
+    board.until("client", |lines| lines.last().and_then(|_| Some(())));
+    board.arm();
+    attach.until("walking");
+    attach.interrupt();
+    let end = board.end();
+    assert_eq!(end["judged"]["violations"], 0, "{end}");
+}
+
+fn registers_and_memory_are_read_and_written() {
+    let board = Board::start(&[], true);
+    // DBGMCU_IDCODE, and the part of CPUID that says Cortex-M4.
+    assert_eq!(board.read(0xE004_2000, 1)[0] & 0xFFF, 0x413);
+    assert_eq!(board.read(0xE000_ED00, 1)[0] >> 4 & 0xFFF, 0xC24);
+    // The top of the RAM, above the stack.
+    let free = 0x2001_FF00_u32;
+    board.probe(&["write", "b32", &format!("{free:#x}"), "0x12345678", "0xcafef00d"]);
+    assert_eq!(board.read(free, 2), [0x1234_5678, 0xCAFE_F00D]);
+    board.probe(&["write", "b8", &format!("{:#x}", free + 1), "0xaa"]);
+    assert_eq!(board.read(free, 1), [0x1234_AA78]);
+    // A store to the flash without its key has no effect but an error flag.
+    let first = board.read(0x0800_0000, 1);
+    board.probe(&["write", "b32", "0x08000000", "0"]);
+    assert_eq!(board.read(0x0800_0000, 1), first);
+    // An address without memory is an error, and the next access is good.
+    let failed = board.probe_rs(&["read", "b32", "0x30000000", "1"]).output().expect("probe-rs runs");
+    assert!(!failed.status.success());
+    // The sticky bit of a reset, by the cause that the board reports.
+    let from = board.count();
+    board.probe(&["reset"]);
+    let is_software = |line: &Value| Some(of(line, "boot")?["cause"] == "software");
+    assert!(board.until("boot", |lines| lines[from..].iter().find_map(is_software)));
+    assert_eq!(board.read(DHCSR, 1)[0] & (C_DEBUGEN | S_HALT), C_DEBUGEN);
+    board.end();
+}
+
+/// A port that nobody uses.
+fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port").port()
+}
+
+fn gdb_stops_in_a_tick_and_watches_a_variable() {
+    // The watchdog's oscillator stops before the debugger comes: a core that a person holds at a break point is not reset then. It need not stop where the
+    // board lets the watchdog be frozen with the core.
+    let board = Board::start(&["--lsi", "0@2"], true);
+    board.pass(3.0);
+    let port = free_port().to_string();
+    let at = format!("127.0.0.1:{port}");
+    let stub = Session::start(&mut board.probe_rs(&["gdb", "--gdb-connection-string", &at]));
+    stub.until(&port);
+    let script = [
+        "set pagination off",
+        "set confirm off",
+        "set remotetimeout 60",
+        &format!("target remote {at}"),
+        "break control_step",
+        "continue",
+        "backtrace 12",
+        "delete",
+        // probe-rs 0.32 has no watch points of the hardware: gdb steps, and compares.
+        "set can-use-hw-watchpoints 0",
+        "set var $watched = (unsigned *)($sp - 4)",
+        "print/x *$watched",
+        "watch *$watched",
+        "continue",
+        "info registers pc",
+        "delete",
+        "stepi",
+        "detach",
+    ];
+    let mut gdb = Command::new("gdb-multiarch");
+    gdb.args(["--nx", "--batch"]).args(script.iter().flat_map(|line| ["-ex", line])).arg(variable("FOOTFALL_ELF"));
+    let output = gdb.stdin(Stdio::null()).output().expect("gdb-multiarch runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let all = format!("{text}{}", String::from_utf8_lossy(&output.stderr));
+    report!("{all}");
+    let (before, after) = text.split_once("Breakpoint 1, ").unwrap_or_else(|| panic!("no break point: {all}"));
+    assert!(before.contains("Breakpoint 1 at"), "{all}");
+    assert!(after.contains("#0 ") && after.contains("#1 "), "a back trace: {all}");
+    let (_, watched) = after.split_once("atchpoint 2").unwrap_or_else(|| panic!("no watch point: {all}"));
+    assert!(watched.contains("Old value = ") && watched.contains("New value = "), "{all}");
+    drop(stub);
+    board.end();
+}
+
+/// Waits until the board reports a boot after line `from`; returns its cause.
+fn next_boot(board: &Board, from: usize) -> String {
+    let cause = |line: &Value| of(line, "boot").map(|boot| boot["cause"].as_str().expect("a text").to_owned());
+    board.until("boot", |lines| lines[from..].iter().find_map(cause))
+}
+
+/// `attach` as it is by default: a hard fault and a reset halt the core, also when probe-rs is gone.
+fn catches_outlast_client_and_reset_until_the_power_is_off() {
+    let elf = variable("FOOTFALL_ELF");
+    // A slow oscillator of the watchdog gives a client on a busy machine the time to halt and go on.
+    let mut board = Board::start(&["--lsi-hz", "17000"], true);
+    board.pass(1.0);
+    let attach = Session::start(board.probe_rs(&["attach"]).arg(&elf));
+    let catches = || board.read(DEMCR, 1)[0] & (VC_CORERESET | VC_HARDERR);
+    board.until("client", |lines| {
+        lines.iter().find(|line| of(line, "probe_client").is_some_and(|client| client["connected"] == true)).map(drop)
+    });
+    thread::sleep(Duration::from_secs(2));
+    attach.interrupt();
+    assert_eq!(catches(), VC_CORERESET | VC_HARDERR);
+    // A reset: the core halts before its first instruction.
+    let from = board.count();
+    board.command("reset");
+    assert_eq!(next_boot(&board, from), "pin");
+    let executed = |board: &Board| {
+        let status = |line: &Value| of(line, "status")?["instructions"].as_u64();
+        let from = board.count();
+        board.until("status", |lines| lines[from..].iter().find_map(status))
+    };
+    let first = executed(&board);
+    board.pass(1.0);
+    assert_eq!(executed(&board), first, "the core executes after a reset that is caught");
+    let catches = || board.read(DEMCR, 1)[0] & (VC_CORERESET | VC_HARDERR);
+    assert_eq!(catches(), VC_CORERESET | VC_HARDERR);
+    assert_eq!(board.read(DHCSR, 1)[0] & (C_DEBUGEN | S_HALT), C_DEBUGEN | S_HALT);
+    // Only the power ends it.
+    let from = board.count();
+    board.command("power");
+    assert_eq!(next_boot(&board, from), "power_on");
+    board.pass(1.0);
+    assert!(executed(&board) > first + 1_000);
+    let demcr = board.read(DEMCR, 1)[0];
+    assert_eq!(demcr & (VC_CORERESET | VC_HARDERR), 0);
+
+    // With a catch a hard fault halts the core, and the watchdog resets it.
+    board.probe(&["write", "b32", &format!("{DEMCR:#x}"), &format!("{:#x}", demcr | VC_HARDERR)]);
+    board.pass(0.5);
+    let from = board.count();
+    fault(&board);
+    assert_eq!(next_boot(&board, from), "iwdg");
+    let lines = board.lines.lock().expect("no panic");
+    let fault = lines[from..].iter().position(|line| of(line, "fault").is_some());
+    assert!(fault.is_some(), "a fault came before the reset");
+}
+
+/// Makes the next interrupt a hard fault: the vector table is one in RAM whose handlers of interrupts have even addresses.
+fn fault(board: &Board) {
+    const TABLE: u32 = 0x2001_FC00;
+    const VTOR: u32 = 0xE000_ED08;
+    let mut words: Vec<String> = board.read(0x0800_0000, 4).iter().map(|word| format!("{word:#x}")).collect();
+    words.resize(98, "0".into());
+    let table = format!("{TABLE:#x}");
+    let all: Vec<&str> = ["write", "b32", &table].into_iter().chain(words.iter().map(String::as_str)).collect();
+    board.probe(&all);
+    // The board may fault before the session has ended.
+    let _ = board.probe_rs(&["write", "b32", &format!("{VTOR:#x}"), &table]).output().expect("probe-rs runs");
+}
+
+/// With the options that the documents name, a fault in a walk runs its handler, although a debugger is there.
+fn without_catches_a_fault_switches_the_outputs_off_in_time() {
+    let elf: PathBuf = variable("FOOTFALL_ELF").into();
+    let mut board = Board::start(&["--lsi-hz", "17000", "--pace", "--fault", "control_step@20"], true);
+    let attach = Session::start(board.probe_rs(&["attach"]).args(NO_CATCH).arg(elf));
+    board.arm();
+    let connected = |lines: &[Value]| {
+        let clients = lines.iter().filter_map(|line| of(line, "probe_client")?["connected"].as_bool());
+        (clients.last() == Some(true)).then_some(())
+    };
+    board.until("client", connected);
+    let reaction = board.until("reaction", |lines| {
+        lines.iter().find_map(|line| of(line, "boot").filter(|boot| boot["cause"] == "software").cloned())
+    });
+    report!("{reaction}");
+    attach.interrupt();
+    board.command("quit");
+    let end = board.until("last line", |lines| lines.iter().find_map(|line| of(line, "end").cloned()));
+    let fault = &end["injections"][0];
+    let ms = fault["rail_us"].as_f64().unwrap_or_else(|| panic!("no rail_us: {end}")) / 1_000.0;
+    report!("supply of the servos off {ms} ms after the fault, with a debugger attached");
+    assert_in_time("H07", ms, "with a debugger attached");
+    assert_eq!(end["judged"]["violations"], 0, "{end}");
+}
