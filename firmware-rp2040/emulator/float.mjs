@@ -14,7 +14,7 @@ if (elfFile === undefined) {
 }
 
 // Until the start-up code has copied the program to RAM.
-const COPIED_NS = 20e6;
+const COPIED_NS = 200e6;
 const RETURN = 0x20000100;
 const chip = new Chip(pages(readFileSync(imageFile)), () => {});
 chip.runTo(COPIED_NS);

@@ -52,12 +52,15 @@ function wire(mcu, chip) {
   // 27 degrees: 0.706 V.
   mcu.adc.channelValues[4] = Math.round((0.706 / SUPPLY_V) * 4095);
   for (const pin of Object.keys(edges)) {
-    // A pin is high (1), or low, or not driven, which the pull-down of the board makes low.
-    mcu.gpio[pin].addListener((state) => {
+    // A pin is high (1), or low, or not driven, which its pull-down makes low.
+    const see = (state) => {
       const level = state === 1;
       const list = edges[pin];
       if (level !== (list.length % 2 === 1)) list.push(mcu.clock.nanos - begun);
-    });
+    };
+    // A reset lets go of the pins.
+    see(mcu.gpio[pin].value);
+    mcu.gpio[pin].addListener(see);
   }
 }
 

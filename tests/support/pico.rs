@@ -38,8 +38,7 @@ pub struct PicoRan {
 }
 
 /// The drive of the boot ROM, in a run with `drive`.
-#[derive(Debug, Default, serde::Deserialize)]
-#[serde(default)]
+#[derive(Debug)]
 pub struct Drive {
     /// Names of its files, as the directory has them.
     pub files: Vec<String>,
@@ -137,7 +136,17 @@ pub fn run_image(image: &PicoImage, scenario: &Value, flash: &[(u32, &[u8])]) ->
         core_hz: ran["core_hz"].as_f64().expect("a frequency"),
         serial: std::fs::read(file("serial")).expect("bytes"),
         usb_connections: ran["usb_connections"].as_u64().expect("a number"),
-        drive: serde_json::from_value(ran["drive"].clone()).expect("a drive"),
+        drive: drive(&ran["drive"]),
+    }
+}
+
+/// The drive of a run; nothing in it where the run had none.
+fn drive(ran: &Value) -> Drive {
+    let list = |key: &str| ran[key].as_array().into_iter().flatten();
+    Drive {
+        files: list("files").filter_map(|name| name.as_str().map(str::to_owned)).collect(),
+        info: ran["info"].as_str().unwrap_or_default().to_owned(),
+        flash_differs: list("flash_differs").filter_map(|address| u32::try_from(address.as_u64()?).ok()).collect(),
     }
 }
 
