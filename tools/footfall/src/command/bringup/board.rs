@@ -9,6 +9,7 @@ use wire::{Answered, Boot, Call, Change, Cost, Edge, Environment, Frame, Record}
 
 use crate::board::at_port::AtPort;
 use crate::board::requests::{ANSWER_WITHIN, Requests};
+use crate::board::source::Origin;
 use crate::failure::Failure;
 
 /// Pause between two attempts to open the port again.
@@ -35,7 +36,7 @@ impl<'a> Board<'a> {
     /// # Errors
     /// There is no such port, or it may not be opened.
     pub(super) fn open(path: &Path, interrupt: &'a AtomicBool) -> Result<Self, Failure> {
-        let port = Some(AtPort::open(path, interrupt)?);
+        let port = Some(AtPort::open(Origin::Serial(path.into()), interrupt)?);
         Ok(Self { path: path.into(), port, interrupt, requests: Requests::default(), came: vec![], last: None })
     }
 
@@ -71,7 +72,7 @@ impl<'a> Board<'a> {
         if self.interrupt.load(Ordering::Relaxed) {
             return Err(Failure::run("asked to end before it was done; nothing is written"));
         }
-        match AtPort::open(&self.path, self.interrupt) {
+        match AtPort::open(Origin::Serial(self.path.clone()), self.interrupt) {
             Ok(port) => self.port = Some(port),
             Err(_) => std::thread::sleep(AGAIN),
         }
