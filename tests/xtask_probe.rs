@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         records_are_shown_saved_and_erased(Image, Program, ProbeRs),
         what_was_tuned_becomes_the_record(Image, Program, ProbeRs),
         a_walk_is_watched_and_recorded(Image, Program, ProbeRs),
+        the_number_of_the_chip_names_a_bring_up(Image, Program, ProbeRs),
         the_brown_out_reset_gets_its_level_and_nothing_else_changes(Image, ProbeRs),
         the_runner_of_cargo_seals_writes_and_starts(Image, ProbeRs),
         cargo_embed_writes_an_image_that_walks(Image, ProbeRs, Terminal),
@@ -325,6 +326,24 @@ fn what_was_tuned_becomes_the_record() {
         panic!("other kinds")
     };
     assert!((before.natural_period_s / after.natural_period_s - 1.2).abs() < 1e-5);
+}
+
+/// All steps are skipped: what is left is what the probe adds.
+fn the_number_of_the_chip_names_a_bring_up() {
+    let board = Bench::with_image(&["--serial"]);
+    until("the name of the serial port", || !board.of_kind("serial").is_empty());
+    let port = board.of_kind("serial")[0]["port"].as_str().expect("a name").to_owned();
+    let out = board.at("found.toml");
+    let mut bringup = board.beside("cargo", "");
+    bringup.args(["xtask", "bringup", "--serial", &port, "--out"]).arg(&out);
+    let mut child = bringup.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    writeln!(child.stdin.take().unwrap(), "q").unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found = std::fs::read_to_string(out).unwrap();
+    for words in ["board = \"f4-discovery\"", "chip_id = \"003500273133510c34373439\"", "verdict = \"incomplete\""] {
+        assert!(found.contains(words), "{words}: {found}");
+    }
 }
 
 /// Attached before it is armed, a walk comes whole: on the screen's lines and in a file.

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 
 use crate::board::Board;
 use crate::probe;
@@ -12,7 +12,8 @@ use crate::shell;
 use crate::workspace::Workspace;
 
 /// First address of the unique number of the chip, three words (RM0090 39.1, RM0390 34.1, RM0383 24.1).
-const UNIQUE_ID: &str = "0x1fff7a10";
+const UNIQUE_ID: u32 = 0x1FFF_7A10;
+const UNIQUE_ID_BYTES: usize = 12;
 
 /// How the names of serial ports of USB devices begin, on Linux and on macOS.
 const PORTS: [&str; 4] = ["ttyACM", "ttyUSB", "cu.usbmodem", "cu.usbserial"];
@@ -41,13 +42,12 @@ pub(crate) fn bringup(options: &Options) -> Result<ExitCode> {
         Some(port) => port.clone(),
         None => only(&ports(Path::new("/dev"))?)?,
     };
+    let workspace = Workspace::open()?;
     let chip_id = match &options.chip_id {
         Some(text) => text.clone(),
-        None => {
-            unique_id(options.board).context("the number of the chip cannot be read; name the board with --chip-id")?
-        }
+        None => unique_id(options.board, &workspace.target_dir.join("board"))
+            .context("the number of the chip cannot be read; name the board with --chip-id")?,
     };
-    let workspace = Workspace::open()?;
     let mut footfall = shell::command(workspace.footfall()?);
     footfall.current_dir(&workspace.started_in).arg("bringup").arg("--serial").arg(port);
     footfall.args(["--board", options.board.feature(), "--chip-id", &chip_id]).args(&options.footfall);
@@ -77,23 +77,16 @@ fn only(ports: &[PathBuf]) -> Result<PathBuf> {
     }
 }
 
-/// The unique number of the chip, 24 hexadecimal digits.
-fn unique_id(board: Board) -> Result<String> {
+/// The unique number of the chip as its three words from the lowest address on, 24 hexadecimal digits.
+fn unique_id(board: Board, folder: &Path) -> Result<String> {
     probe::require()?;
-    let text =
-        shell::stdout_of(shell::command("probe-rs").args(["read", "--chip", board.chip(), "b32", UNIQUE_ID, "3"]))?;
-    digits_of(&text)
+    probe::require_outputs_off(board, folder)?;
+    Ok(digits_of(&probe::read(board, UNIQUE_ID, UNIQUE_ID_BYTES, folder)?))
 }
 
-/// Three words of 8 hexadecimal digits, as `probe-rs read b32` prints them, as one number.
-fn digits_of(text: &str) -> Result<String> {
-    let digits: String = text.split_whitespace().collect();
-    ensure!(
-        digits.len() == 24 && digits.bytes().all(|byte| byte.is_ascii_hexdigit()),
-        "probe-rs printed `{}`; expected are three words of 8 hex digits",
-        text.trim()
-    );
-    Ok(digits.to_lowercase())
+/// Words of four bytes, lowest byte first, as hexadecimal digits.
+fn digits_of(bytes: &[u8]) -> String {
+    bytes.chunks(4).flat_map(|word| word.iter().rev()).map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -116,7 +109,7 @@ mod tests {
 
     #[test]
     fn the_number_of_the_chip_has_three_words() {
-        assert_eq!(digits_of("0032001F 31385114 36383838\n").unwrap(), "0032001f3138511436383838");
-        assert!(digits_of("0032001F 31385114").is_err() && digits_of("warning: none").is_err());
+        let bytes = [0x1f, 0, 0x32, 0, 0x14, 0x51, 0x38, 0x31, 0x38, 0x38, 0x38, 0x36];
+        assert_eq!(digits_of(&bytes), "0032001f3138511436383838");
     }
 }

@@ -204,7 +204,7 @@ pub(crate) fn read_word(board: Board, address: u32, folder: &Path) -> Result<u32
 }
 
 /// So many bytes from an address on, both multiples of 4. They go through a file in `folder`: what probe-rs prints is for people, and changes with its version.
-fn read(board: Board, address: u32, bytes: usize, folder: &Path) -> Result<Vec<u8>> {
+pub(crate) fn read(board: Board, address: u32, bytes: usize, folder: &Path) -> Result<Vec<u8>> {
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     let file = folder.join("read.bin");
     let mut read = shell::command(program("probe-rs")?);

@@ -40,6 +40,7 @@ const MIDDLE_US: u16 = 1_500;
 
 const FIRST: &str = "Servos unplugged or their supply off. The emergency stop is connected, or a wire in its place. A jumper wire is at hand.";
 
+const LEVEL: &str = "hazards.toml H27: the level that fits the board's supply, from its boot record";
 const WIDTH: &str = "two time stamps in steps of 1 us (firmware/src/sync_input.rs); the timer of the pulses counts 1 us too (firmware/src/servo_pwm.rs)";
 const DEAD_BAND: &str = "no servo of docs/servos.md turns by less than its dead band, 4 us; a stamp is late while the log masks the interrupts, so it judges the middle half of the pulses";
 const PERIOD: &str = "hazards.toml H26: 50 Hz within 0.01 %";
@@ -169,6 +170,7 @@ impl<'a, W: Write> Session<'a, W> {
         self.say(format_args!("  {to_do} [Enter, s, q]"))?;
         loop {
             self.board.listen_through_loss()?;
+            self.is_untested |= self.board.boot().is_some();
             // What comes while a person thinks belongs to no step.
             self.board.forget();
             let line = match self.lines.try_recv() {
@@ -237,10 +239,13 @@ impl<'a, W: Write> Session<'a, W> {
     }
 
     fn reset_button(&mut self) -> Result<(), Failure> {
+        const RESET: &str = "reset by the button";
+        const SEAL: &str = "seal of the image";
+        const BROWN_OUT: &str = "level of the brown-out reset";
         self.attempt(
             "reset and names",
             "After Enter press the board's reset button and release it.",
-            &["reset by the button"],
+            &[RESET, SEAL, BROWN_OUT],
             |session| {
                 session.say("  now: press the reset button and release it")?;
                 let Some((_, boot)) = session.wait_for_boot()? else {
@@ -270,8 +275,18 @@ impl<'a, W: Write> Session<'a, W> {
                 session.versions.robot = name(&boot.robot);
                 session.min_supply_v = Some(f64::from((boot.min_supply_v * 1e3).round()) / 1e3);
                 session.say(format_args!("  {}, {}", of_boot.name, of_boot.chip))?;
-                let reset = Quantity::word("reset by the button", boot.reset.name());
-                Ok(Ok(vec![reset.allowing(Reset::Pin.name(), "hazards.toml H28: a reset by hand")]))
+                let reset = Quantity::word(RESET, boot.reset.name());
+                let seal = match boot.sealed {
+                    Some(true) => "sealed",
+                    Some(false) => "unsealed",
+                    None => "none is checked",
+                };
+                let [level, wanted] = [boot.brown_out.level, boot.brown_out.wanted].map(f64::from);
+                Ok(Ok(vec![
+                    reset.allowing(Reset::Pin.name(), "hazards.toml H28: a reset by hand"),
+                    Quantity::word(SEAL, seal).noted("an image without a seal runs; its program is then not checked"),
+                    Quantity::number(BROWN_OUT, level, "").within(Some(wanted), Some(wanted), LEVEL),
+                ]))
             },
         )?;
         Ok(())
