@@ -132,7 +132,7 @@ fn help_texts_and_flash_have_the_board_files_numbers() {
     assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
     // The level of the brown-out reset, as `cargo xtask board brown-out` sets it without an option.
     let option_bytes = read("xtask/src/option_bytes.rs");
-    let level = |board: &firmware::board::Board| match board.brown_out_level {
+    let level = |board: &firmware::board::Board| match board.brown_out {
         firmware::board::BrownOutLevel::Two => "Level::Two",
         firmware::board::BrownOutLevel::Three => "Level::Three",
     };
