@@ -505,7 +505,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 27] = [
+const IMAGE_TESTS: [&str; 28] = [
     "virtual_board",
     "fits",
     "board_black_pill",
