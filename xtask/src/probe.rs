@@ -33,6 +33,10 @@ const PROBE: &str = "PROBE_RS_PROBE";
 pub(crate) const NO_CATCHES: [&str; 4] =
     ["--no-catch-reset", "--no-catch-hardfault", "--no-catch-svc", "--no-catch-hlt"];
 
+/// What is said before a log that the user ends.
+pub(crate) const END: &str =
+    "Ctrl-C ends the log and the program runs on, but stop a walk first: the end halts the chip for some milliseconds";
+
 /// What is said where probe-rs was connected with a board.
 pub(crate) const POWER_CYCLE: &str = "Debugging stays enabled in the chip until its supply is switched off and on: do so before you rely on the board alone";
 
