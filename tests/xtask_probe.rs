@@ -219,7 +219,7 @@ impl Log {
 fn an_erased_board_is_flashed_walks_and_keeps_its_probe_out() {
     let board = Bench::start(["--erased", "--no-brown-out-reset"]);
     let mut flash = Log::start(board.beside("cargo", "").args(["xtask", "flash"]));
-    flash.until("footfall");
+    flash.until("disarmed");
     board.arm();
     flash.until("walking");
     board.stop();
@@ -412,7 +412,7 @@ fn the_runner_of_cargo_seals_writes_and_starts() {
         let mut words = runner.split(' ');
         let mut command = board.beside(words.next().expect("a program"), folder);
         let mut log = Log::start(command.args(words).arg(&unsealed));
-        log.until("footfall");
+        log.until("disarmed");
         let said = log.end();
         assert!(said.contains("image for f4-discovery"), "{said}");
         assert_eq!(board.memory(SEAL as u32, 4), b"SEAL");
