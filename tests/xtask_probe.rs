@@ -434,7 +434,7 @@ fn cargo_embed_writes_an_image_that_walks() {
     image[at..at + 12].fill(0xFF);
     std::fs::write(board.at("firmware"), image).unwrap();
     let embed = format!(
-        "{} cargo-embed --disable-progressbars --probe 0:0:{} --path {}",
+        "{} cargo-embed --disable-progressbars --probe 1d50:6018:{} --path {}",
         test_suite::probe_rs().display(),
         board.address,
         board.at("firmware").display()

@@ -157,9 +157,10 @@ pub(crate) fn run(chip: &str, elf: &Path) -> Result<Command> {
 pub(crate) fn embed(settings: &Path, elf: &Path) -> Result<Command> {
     let mut embed = shell::command(program("probe-rs")?);
     embed.args(["cargo-embed", "--disable-progressbars", "--config-file"]).arg(settings).arg("--path").arg(elf);
-    // It does not read this variable by itself.
-    if let Some(probe) = std::env::var_os(PROBE).filter(|name| !name.is_empty()) {
-        embed.arg("--probe").arg(probe);
+    // It does not read this variable by itself, and finds a probe at a network address only by the numbers of the Black Magic Probe.
+    if let Some(probe) = std::env::var(PROBE).ok().filter(|name| !name.is_empty()) {
+        let at_address = probe.strip_prefix("0:0:").map(|address| format!("1d50:6018:{address}"));
+        embed.arg("--probe").arg(at_address.unwrap_or(probe));
     }
     Ok(embed)
 }
