@@ -106,7 +106,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         eprintln!("{} sector: kept as it is", sector.name());
     }
     if !options.dfu {
-        eprintln!("the board's log follows; Ctrl-C ends it, and the program runs on. {}", probe::POWER_CYCLE);
+        eprintln!("the board's log follows; {}. {}", probe::END, probe::POWER_CYCLE);
         return shell::replace_with(&mut probe::run(board.chip(), &image.elf)?);
     }
     let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;

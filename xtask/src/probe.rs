@@ -33,6 +33,10 @@ const PROBE: &str = "PROBE_RS_PROBE";
 pub(crate) const NO_CATCHES: [&str; 4] =
     ["--no-catch-reset", "--no-catch-hardfault", "--no-catch-svc", "--no-catch-hlt"];
 
+/// What is said before a log that the user ends.
+pub(crate) const END: &str =
+    "Ctrl-C ends the log and the program runs on, but stop a walk first: the end halts the chip for some milliseconds";
+
 /// What is said where probe-rs was connected with a board.
 pub(crate) const POWER_CYCLE: &str = "Debugging stays enabled in the chip until its supply is switched off and on: do so before you rely on the board alone";
 
@@ -153,9 +157,10 @@ pub(crate) fn run(chip: &str, elf: &Path) -> Result<Command> {
 pub(crate) fn embed(settings: &Path, elf: &Path) -> Result<Command> {
     let mut embed = shell::command(program("probe-rs")?);
     embed.args(["cargo-embed", "--disable-progressbars", "--config-file"]).arg(settings).arg("--path").arg(elf);
-    // It does not read this variable by itself.
-    if let Some(probe) = std::env::var_os(PROBE).filter(|name| !name.is_empty()) {
-        embed.arg("--probe").arg(probe);
+    // It does not read this variable by itself, and finds a probe at a network address only by the numbers of the Black Magic Probe.
+    if let Some(probe) = std::env::var(PROBE).ok().filter(|name| !name.is_empty()) {
+        let at_address = probe.strip_prefix("0:0:").map(|address| format!("1d50:6018:{address}"));
+        embed.arg("--probe").arg(at_address.unwrap_or(probe));
     }
     Ok(embed)
 }

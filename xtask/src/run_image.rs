@@ -27,7 +27,7 @@ pub(crate) struct Options {
 pub(crate) fn run_image(options: &Options) -> Result<ExitCode> {
     let (board, elf) = sealed(&options.elf)?;
     probe::require()?;
-    eprintln!("image for {}; Ctrl-C ends the log, and the program runs on. {}", board.feature(), probe::POWER_CYCLE);
+    eprintln!("image for {}; {}. {}", board.feature(), probe::END, probe::POWER_CYCLE);
     shell::replace_with(probe::run(board.chip(), &elf)?.args(&options.probe_rs))
 }
 

@@ -576,8 +576,10 @@ fn with_probe_rs(state: &State) -> Result<String> {
     ];
     let mut variables = variables.map(|(name, path)| (name, path.as_os_str())).to_vec();
     variables.push(("FOOTFALL_IMAGES_ALONE", OsStr::new("1")));
+    let required = format!("{},{}", state.required.for_tests(true), Need::Probe.name());
+    variables.push((REQUIRE, OsStr::new(&required)));
     let arguments: Vec<&str> = PROBE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
-    passed(state, tests(state, &arguments, &variables)?)
+    passed(state, programs::run(&arguments, &variables)?)
 }
 
 #[cfg(test)]
