@@ -84,7 +84,8 @@ fn a_dip_resets_only_with_the_brown_out_reset() {
         let ran = run(DIP, "1.7", options);
         let seen: Vec<&str> = ran.boots.iter().map(|boot| boot.cause.as_str()).collect();
         assert_eq!(seen, causes);
-        assert_eq!(pulses_from(&ran, 1.52), NO_PULSES);
+        // Without the reset so short a dip is only counted.
+        assert_eq!(pulses_from(&ran, 1.52).is_empty(), options.is_empty());
     }
 }
 
