@@ -57,7 +57,7 @@ impl<'a> Connection<'a> {
     }
 
     /// The way to the board, if it takes requests.
-    pub(super) fn to_board(&mut self) -> Option<&mut Opened> {
+    pub(super) fn requests(&mut self) -> Option<&mut Opened> {
         self.opened.as_mut().filter(|opened| opened.takes_requests())
     }
 

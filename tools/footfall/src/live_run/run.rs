@@ -53,7 +53,7 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     shown.view.cost_unit = if origin.is_of_a_chip() { CostUnit::Cycles } else { CostUnit::Either };
     let watched = match show {
         Show::Screen => {
-            shown.view.tuning = connection.to_board().map(|_| Tuning::default());
+            shown.view.tuning = connection.requests().map(|_| Tuning::default());
             on_screen(settings, &mut connection, &mut shown, interrupt)
         }
         Show::Plain | Show::Json => in_lines(settings, &mut connection, &mut shown, interrupt),
@@ -232,7 +232,7 @@ fn receive(
 fn tune(connection: &mut Connection<'_>, shown: &mut Shown, key: TuneKey) {
     let Some(tuning) = &mut shown.view.tuning else { return };
     let Some(request) = tuning.press(key, Instant::now()) else { return };
-    match connection.to_board().map(|board| board.send(&request)) {
+    match connection.requests().map(|board| board.send(&request)) {
         Some(Ok(())) => {}
         Some(Err(error)) => tuning.not_sent(&error),
         None => tuning.not_sent(&"the connection is closed"),

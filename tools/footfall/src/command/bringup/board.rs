@@ -107,11 +107,11 @@ impl<'a> Board<'a> {
         let until = Instant::now() + ANSWER_WITHIN;
         while Instant::now() < until {
             self.listen()?;
-            let answers = self.came.iter().filter_map(|(_, record)| match record {
+            let mut answers = self.came.iter().filter_map(|(_, record)| match record {
                 Record::Answered(Answered { number, outcome, .. }) if *number == request.number => Some(*outcome),
                 _ => None,
             });
-            if let Some(outcome) = answers.last() {
+            if let Some(outcome) = answers.next_back() {
                 return Ok(outcome);
             }
         }
