@@ -158,13 +158,14 @@ fn a_core_that_is_halted_at_rest_is_not_disturbed() {
     let mut options: Vec<OsString> = ["--secs", "5", "--press", &hold(3.3), "--loop"].map(Into::into).to_vec();
     options.extend(["--volts".into(), default_volts_file().into(), "--script".into(), script.path().into()]);
     let ran = Board::find().run(options);
-    ran.assert_sound();
     assert_replayed(&ran);
-    let boot = &ran.boots[0];
-    assert_eq!(boot.ticks.last().expect("frames").state, SupervisorState::Walking);
+    let [boot] = &ran.boots[..] else { panic!("{:?}", ran.end.resets) };
+    let last = boot.ticks.last().expect("frames");
+    // A tick that was halted may end late; six of a hundred would stop a walk.
+    assert!(last.state.moving() && last.missed == 0 && last.late <= 5, "{last:?}");
     assert!(boot.ticks.iter().all(|tick| tick.state != SupervisorState::Fault));
     // With the timers 1.4 s of the run did not happen for the program.
-    let ticks = boot.ticks.last().expect("frames").tick;
+    let ticks = last.tick;
     report!("halted for 1.4 s in all: {ticks} ticks in 5 s, none missed");
     assert!((3_560..3_610).contains(&ticks), "{ticks}");
     // One that is not let go on stays as it is.

@@ -318,7 +318,7 @@ impl Judge {
     }
 
     fn note_without_limits(&mut self, pulse: &ServoPulse) {
-        let why = "a pulse without a valid robot record, or with a damaged sector";
+        let why = "a pulse with a damaged parameter sector";
         self.note(pulse.to, false, format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from));
     }
 

@@ -121,7 +121,7 @@ fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
     operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
     take(&mut judge, frame(1.49, PARK));
     assert_eq!(judge.judged().violations, 4);
-    assert!(judge.violations().1.is_some_and(|what| what.contains("without a valid robot record")));
+    assert!(judge.violations().1.is_some_and(|what| what.contains("with a damaged parameter sector")));
 
     let mut judge = armed();
     judge.begin_case(campaign(), 0.0);
@@ -132,10 +132,10 @@ fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
 }
 
 #[test]
-fn no_pulse_without_a_robot_record() {
+fn no_pulse_with_a_damaged_sector() {
     let mut judge = Judge::new(None, Wiring::default().servos);
     operate(&mut judge, 0, 740, 300..700, 100..200);
-    assert!(first_violation(&mut judge, &[PARK]).expect("a pulse").contains("without a valid robot record"));
+    assert!(first_violation(&mut judge, &[PARK]).expect("a pulse").contains("with a damaged parameter sector"));
 }
 
 #[test]
