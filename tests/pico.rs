@@ -50,6 +50,7 @@ fn main() -> ExitCode {
         the_port_works_again_after_it_was_unplugged(PicoImage),
         the_emulator_warns_of_nothing_else(PicoImage),
         the_emulator_has_the_pins_of_the_board(),
+        the_page_and_its_picture_have_the_pins_of_the_board(),
     ])
 }
 
@@ -635,4 +636,19 @@ fn the_emulator_has_the_pins_of_the_board() {
         BOARD.led.0
     );
     assert!(script.contains(&pins), "{pins}");
+}
+
+/// Of each GPIO from 0 on its pin on the board (Raspberry Pi Pico datasheet, figure 4).
+const PINS: [u8; 16] = [1, 2, 4, 5, 6, 7, 9, 10, 11, 12, 14, 15, 16, 17, 19, 20];
+
+fn the_page_and_its_picture_have_the_pins_of_the_board() {
+    let read = |name: &str| std::fs::read_to_string(root().join(name)).expect(name);
+    let (page, picture) = (read("docs/pico.md"), read("docs/wiring-pico.svg"));
+    let bold = |words: &str| picture.contains(&format!("font-weight=\"bold\" font-size=\"11\">{words}</text>"));
+    for gpio in BOARD.servos.iter().chain([&BOARD.emergency_stop, &BOARD.button]).map(|pin| pin.0) {
+        let pin = PINS[usize::from(gpio)];
+        assert!(page.contains(&format!("| {pin} | GP{gpio} | {gpio} |")), "GPIO {gpio} at pin {pin}");
+        assert!(bold(&format!("{pin}  GP{gpio}")), "GPIO {gpio} at pin {pin}");
+    }
+    assert!(bold("3V3(OUT)  36") && bold("3  GND"));
 }
