@@ -3,7 +3,7 @@
 //! | channel | name | content | bytes |
 //! |---|---|---|---|
 //! | up 0 | `defmt` | lines for people: at most ten a second, and each change of state | 1024 |
-//! | up 1 | `wire` | records in the frames of the serial port ([`wire::frame_record`]) | 4096: 0.4 s of them |
+//! | up 1 | `wire` | records in the frames of the serial port ([`wire::frame_record`]) | 4096: 240 ms of them |
 //! | down 0 | `unused` | nothing is read | 2 |
 //! | down 1 | `requests` | requests in the frames of the serial port | 256 |
 //!
@@ -35,8 +35,8 @@ const SKIP: u32 = 0;
 /// Mode that a host sets: wait until there is space. This program does not.
 const BLOCK: u32 = 2;
 
-/// Memory of a channel, which the debugger shares.
-#[repr(transparent)]
+/// Memory of a channel, which the debugger shares. It reads whole words faster than bytes.
+#[repr(C, align(4))]
 struct Memory<const N: usize>(UnsafeCell<[u8; N]>);
 
 // SAFETY: accessed by volatile bytes only, for which any value is valid.
