@@ -177,15 +177,17 @@ impl CoreDebug {
         if value >> 16 != DHCSR_KEY {
             return Request::None;
         }
-        // C_STEP and C_MASKINTS change only while the core is halted.
-        let kept = if self.is_halted { 0 } else { C_STEP | C_MASKINTS };
+        // C_MASKINTS changes only while the core is halted.
+        let kept = if self.is_halted { 0 } else { C_MASKINTS };
         let wanted = value & (C_DEBUGEN | C_HALT | C_STEP | C_MASKINTS) & !kept | self.control & kept;
         self.control = if wanted & C_DEBUGEN == 0 { 0 } else { wanted };
         match (self.is_halted, self.control & C_HALT != 0, self.control & C_STEP != 0) {
             (false, true, _) => Request::Halt,
-            (true, false, true) => Request::Step,
+            // The manual leaves open what C_STEP does to a core that runs, as after a reset that the debugger did not see. Here it halts after one
+            // instruction, too.
+            (_, false, true) => Request::Step,
             (true, false, false) => Request::Resume,
-            (false, false, _) | (true, true, _) => Request::None,
+            (false, false, false) | (true, true, _) => Request::None,
         }
     }
 
@@ -330,7 +332,7 @@ mod tests {
         debug.go_on();
         let sleeps = CoreActivity { sleeps: true, is_locked_up: false };
         assert_eq!(debug.read_dhcsr(sleeps) & 0xF_0003, S_REGRDY | S_SLEEP | C_DEBUGEN);
-        assert_eq!(debug.write_dhcsr(KEY | C_DEBUGEN | C_STEP | C_MASKINTS), Request::None);
+        assert_eq!(debug.write_dhcsr(KEY | C_DEBUGEN | C_STEP | C_MASKINTS), Request::Step);
         assert!(!debug.masks_interrupts(), "not while the core runs");
         // Without C_DEBUGEN a halted core goes on.
         debug.halt(HaltReason::Breakpoint);
