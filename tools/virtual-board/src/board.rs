@@ -280,7 +280,7 @@ impl BoardModel {
         if self.nvic.take_newly_pending() && self.scs.event_on_pending() {
             self.event = true;
         }
-        self.exception_possible = self.nvic.has_candidate();
+        self.exception_possible = self.is_deliverable(Masks::default());
         if self.soc.hclk_hz() != self.hclk_hz {
             self.hclk_hz = self.soc.hclk_hz();
             self.next_stop = self.soc.cycle_at(self.next_stop_s);
@@ -361,7 +361,13 @@ impl BoardModel {
 
     #[inline(never)]
     fn is_deliverable(&self, masks: Masks) -> bool {
-        self.nvic.deliverable(masks).is_some()
+        self.deliverable(masks).is_some()
+    }
+
+    /// The exception to take now. C_MASKINTS of a debugger leaves NMI and the faults (ARMv7-M ARM, C1.6.2).
+    pub(crate) fn deliverable(&self, masks: Masks) -> Option<u8> {
+        let is_masked = self.scs.debug.masks_interrupts();
+        self.nvic.deliverable(masks).filter(|number| !is_masked || *number < nvic::PEND_SV)
     }
 
     #[cold]

@@ -2,6 +2,7 @@
 
 use crate::cpu::Trap;
 use crate::nvic::{self, Masks, Nvic};
+use crate::probe::core::vector_catch;
 use crate::scs::{Scs, cfsr, hfsr};
 
 /// Cause of a synchronous exception.
@@ -46,6 +47,23 @@ impl FaultCause {
             FaultCause::Breakpoint => nvic::DEBUG_MONITOR,
             FaultCause::Vector => nvic::HARD_FAULT,
         }
+    }
+
+    /// The vector catches that halt at exception `number`, which the core takes for this cause (ARMv7-M ARM, table B1-9).
+    #[must_use]
+    pub(crate) const fn vector_catches(self, number: u8) -> u32 {
+        let of_entry_or_return = match self {
+            FaultCause::Stacking | FaultCause::Unstacking | FaultCause::Vector => vector_catch::EXCEPTION,
+            _ => 0,
+        };
+        of_entry_or_return
+            | match number {
+                nvic::HARD_FAULT => vector_catch::HARD_FAULT,
+                nvic::MEM_MANAGE => vector_catch::MEM_MANAGE,
+                nvic::BUS_FAULT => vector_catch::BUS,
+                nvic::USAGE_FAULT => vector_catch::STATE,
+                _ => 0,
+            }
     }
 
     /// Description for the output.
@@ -152,6 +170,16 @@ mod tests {
         let masked = Masks { primask: true, ..UNMASKED };
         assert_eq!(respond(FaultCause::Supervisor, &mut scs, &nvic, masked), FaultResponse::Take(nvic::HARD_FAULT));
         assert_eq!((scs.cfsr, scs.hfsr), (0, hfsr::FORCED));
+    }
+
+    #[test]
+    fn a_fault_that_escalates_is_caught_as_a_hard_fault() {
+        let undefined = FaultCause::Trap(Trap::Undefined);
+        assert_eq!(undefined.vector_catches(nvic::HARD_FAULT), vector_catch::HARD_FAULT);
+        assert_eq!(undefined.vector_catches(nvic::USAGE_FAULT), vector_catch::STATE);
+        let both = vector_catch::HARD_FAULT | vector_catch::EXCEPTION;
+        assert_eq!(FaultCause::Vector.vector_catches(nvic::HARD_FAULT), both);
+        assert_eq!(FaultCause::Supervisor.vector_catches(nvic::SV_CALL), 0);
     }
 
     #[test]

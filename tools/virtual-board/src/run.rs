@@ -34,10 +34,10 @@ use crate::fault::FaultCause;
 use crate::inject::{self, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
 use crate::judge::{Judge, JudgeLog, Limits, PARAMETERS_END};
 use crate::loader::ProgramImage;
-use crate::nvic::{self, Masks};
+use crate::nvic::Masks;
 use crate::plant::{BoardPlant, EMERGENCY_STOP};
-use crate::probe::core::HaltReason;
-use crate::probe::{ProbeServer, vector_catch};
+use crate::probe::ProbeServer;
+use crate::probe::core::{HaltReason, vector_catch};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
@@ -395,10 +395,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             return None;
         }
         let masks = self.cpu.masks();
-        let board = self.cpu.machine();
-        // C_MASKINTS leaves NMI and the faults (ARMv7-M ARM, C1.6.2).
-        let masked = board.scs.debug.masks_interrupts();
-        board.nvic.deliverable(masks).filter(|number| !masked || *number < nvic::PEND_SV)
+        self.cpu.machine().deliverable(masks)
     }
 
     /// Ends the idle state if its wake-up condition is met; returns true if the core executes.

@@ -5,8 +5,6 @@
 
 use stm32f4_model::Chip;
 
-use super::vector_catch;
-
 /// Debug halting control and status.
 pub(crate) const DHCSR: u32 = 0xE000_EDF0;
 /// Selects the register of the core that DCRDR transfers.
@@ -39,6 +37,24 @@ const S_RESET_ST: u32 = 1 << 25;
 const DHCSR_KEY: u32 = 0xA05F;
 /// Bits of DEMCR that a power-on resets: TRCENA and the vector catches.
 const DEMCR_WRITABLE: u32 = 1 << 24 | vector_catch::ALL;
+
+/// Vector catches of DEMCR (C1.6.5): what halts the core before the first instruction of a handler, or of the program.
+pub(crate) mod vector_catch {
+    /// VC_CORERESET: a reset.
+    pub(crate) const RESET: u32 = 1;
+    /// VC_MMERR: MemManage.
+    pub(crate) const MEM_MANAGE: u32 = 1 << 4;
+    /// VC_STATERR: UsageFault by a state or an instruction.
+    pub(crate) const STATE: u32 = 1 << 7;
+    /// VC_BUSERR: BusFault.
+    pub(crate) const BUS: u32 = 1 << 8;
+    /// VC_INTERR: a fault of an exception entry or return.
+    pub(crate) const EXCEPTION: u32 = 1 << 9;
+    /// VC_HARDERR: HardFault.
+    pub(crate) const HARD_FAULT: u32 = 1 << 10;
+    /// All of them, with VC_NOCPERR and VC_CHKERR, whose faults the board does not model.
+    pub(crate) const ALL: u32 = RESET | 0x7F << 4;
+}
 
 /// Reason of a halt: its flag in DFSR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,13 +177,17 @@ impl CoreDebug {
         if value >> 16 != DHCSR_KEY {
             return Request::None;
         }
-        let wanted = value & (C_DEBUGEN | C_HALT | C_STEP | C_MASKINTS);
+        // C_MASKINTS changes only while the core is halted.
+        let kept = if self.is_halted { 0 } else { C_MASKINTS };
+        let wanted = value & (C_DEBUGEN | C_HALT | C_STEP | C_MASKINTS) & !kept | self.control & kept;
         self.control = if wanted & C_DEBUGEN == 0 { 0 } else { wanted };
         match (self.is_halted, self.control & C_HALT != 0, self.control & C_STEP != 0) {
             (false, true, _) => Request::Halt,
-            (true, false, true) => Request::Step,
+            // The manual leaves open what C_STEP does to a core that runs, as after a reset that the debugger did not see. Here it halts after one
+            // instruction, too.
+            (_, false, true) => Request::Step,
             (true, false, false) => Request::Resume,
-            (false, false, _) | (true, true, _) => Request::None,
+            (false, false, false) | (true, true, _) => Request::None,
         }
     }
 
@@ -312,6 +332,8 @@ mod tests {
         debug.go_on();
         let sleeps = CoreActivity { sleeps: true, is_locked_up: false };
         assert_eq!(debug.read_dhcsr(sleeps) & 0xF_0003, S_REGRDY | S_SLEEP | C_DEBUGEN);
+        assert_eq!(debug.write_dhcsr(KEY | C_DEBUGEN | C_STEP | C_MASKINTS), Request::Step);
+        assert!(!debug.masks_interrupts(), "not while the core runs");
         // Without C_DEBUGEN a halted core goes on.
         debug.halt(HaltReason::Breakpoint);
         assert_eq!(debug.write_dhcsr(KEY), Request::Resume);

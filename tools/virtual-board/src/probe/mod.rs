@@ -3,8 +3,7 @@
 //! - `remote`: commands and answers.
 //! - `swd`: the bits on the wire, by which a client finds the debug port.
 //! - `adi`: debug port and access port.
-//! - `core`: debug registers of the core, break point unit, identification.
-//! - `vector_catch`: faults that halt the core.
+//! - `core`: debug registers of the core, vector catches, break point unit, identification.
 //!
 //! [`crate::run`] carries out what they ask of core and memory.
 
@@ -12,7 +11,6 @@ pub(crate) mod adi;
 pub(crate) mod core;
 pub(crate) mod remote;
 mod swd;
-pub(crate) mod vector_catch;
 
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};

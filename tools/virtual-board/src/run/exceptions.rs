@@ -10,7 +10,6 @@ use crate::fault::{self, FaultCause, FaultResponse};
 use crate::inject::InjectionKind;
 use crate::nvic;
 use crate::probe::core::HaltReason;
-use crate::probe::vector_catch;
 use crate::pulses::OutputState;
 use crate::report::{self, ReportLine};
 use crate::semihosting::{self, SemihostingRequest};
@@ -121,7 +120,7 @@ impl<W: Write> BoardRun<'_, W> {
                     self.report_fault(number, cause, pc);
                 }
                 self.take_exception(number, pc);
-                let is_caught = self.cpu.machine().scs.debug.catches(vector_catch::of(number, cause));
+                let is_caught = self.cpu.machine().scs.debug.catches(cause.vector_catches(number));
                 if is_caught && self.idle == IdleState::No {
                     self.halt_core(HaltReason::VectorCatch);
                 }
