@@ -15,7 +15,7 @@ fn files() -> BTreeMap<String, Result<Evidence, String>> {
     names
         .filter(|name| name != ".gitkeep")
         .map(|name| {
-            let of = read(&format!("hardware/{name}"));
+            let of = read(format!("hardware/{name}"));
             let evidence = counted(&name, &of);
             (name, evidence)
         })
