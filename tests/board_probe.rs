@@ -435,7 +435,7 @@ fn fault(board: &Board) {
 /// With the options that the documents name, a fault in a walk runs its handler, although a debugger is there.
 fn without_catches_a_fault_switches_the_outputs_off_in_time() {
     let elf: PathBuf = variable("FOOTFALL_ELF").into();
-    let mut board = Board::start(&["--lsi-hz", "17000", "--pace", "--fault", "control_step@20"], true);
+    let mut board = Board::start(&["--lsi-hz", "17000", "--pace", "--fault", "control_step@40"], true);
     let attach = Session::start(board.probe_rs(&["attach"]).args(NO_CATCH).arg(elf));
     board.arm();
     let reaction = board.until("reaction", |lines| {
