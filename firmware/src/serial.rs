@@ -9,7 +9,7 @@
 //! | in | DMA1 stream 5, channel 4, circular | ring of 1024 bytes: 10 ms of the line, five rounds of telemetry |
 //!
 //! 1 Mbaud, 8 data bits, no parity, one stop bit: the ST-LINK's port loses characters at twice as much. At 1,000 frames a second the records of a board with
-//! one sensor take 73 of the 100 kB/s; those of a follower with four sensors more than all, and the rest is counted as not sent. A byte that is lost or damaged costs its frame and no other.
+//! one sensor take 72 of the 100 kB/s; those of a follower with four sensors more than all, and the rest is counted as not sent. A byte that is lost or damaged costs its frame and no other.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{Ordering, compiler_fence};

@@ -352,7 +352,7 @@ mod tests {
         let ended = flash.finish().unwrap();
         assert_eq!((ended.address, ended.bytes(), flash.peek(0x0C)), (FLASH, 0x10_0000, Some(0)));
         let mut small = Flash::new(Chip::F411, 3);
-        [0x4567_0123, 0xCDEF_89AB].map(|key| write(&mut small, 4, key));
+        [0x4567_0123, 0xCDEF_89AB].into_iter().for_each(|key| drop(write(&mut small, 4, key)));
         write(&mut small, 0x10, erase);
         assert_eq!((small.ends_at(), small.finish().unwrap().bytes()), (Some(4.0), 0x8_0000));
     }
@@ -361,7 +361,7 @@ mod tests {
     fn the_brown_out_level_changes_with_optstrt_and_outlasts_a_reset() {
         // 3.7.2: unlock, write OPTCR, set OPTSTRT, wait for BSY.
         let mut flash = Flash::new(Chip::F407, 3);
-        [0x0819_2A3B, 0x4C5D_6E7F].map(|key| write(&mut flash, 8, key));
+        [0x0819_2A3B, 0x4C5D_6E7F].into_iter().for_each(|key| drop(write(&mut flash, 8, key)));
         assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAE0), []);
         flash.reset();
         assert_eq!(
@@ -369,7 +369,7 @@ mod tests {
             (Some(0x0FFF_AAED), 3),
             "without OPTSTRT nothing is programmed"
         );
-        [0x0819_2A3B, 0x4C5D_6E7F].map(|key| write(&mut flash, 8, key));
+        [0x0819_2A3B, 0x4C5D_6E7F].into_iter().for_each(|key| drop(write(&mut flash, 8, key)));
         write(&mut flash, 0x14, 0x0FFF_AAE4);
         assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAE4 | OPTSTRT), []);
         assert_eq!((flash.peek(0x0C), flash.ends_at(), flash.bor_level()), (Some(BSY), Some(0.4), 3));
@@ -378,7 +378,7 @@ mod tests {
         flash.reset();
         assert_eq!((flash.peek(0x14), flash.bor_level()), (Some(0x0FFF_AAE5), 1));
         // One that a loss of power cuts changes nothing here.
-        [0x0819_2A3B, 0x4C5D_6E7F].map(|key| write(&mut flash, 8, key));
+        [0x0819_2A3B, 0x4C5D_6E7F].into_iter().for_each(|key| drop(write(&mut flash, 8, key)));
         write(&mut flash, 0x14, 0x0FFF_AAEC | OPTSTRT);
         flash.cut(0.1);
         flash.reset();
