@@ -26,7 +26,7 @@ fn main() -> ExitCode {
         changes_at_random_phases_take_effect_as_acknowledged(Image),
         malformed_frames_are_counted_and_change_nothing(Image),
         no_request_arms_and_one_stops(Image),
-        the_line_has_room_for_every_rate_and_requests(Image),
+        the_serial_line_carries_every_rate_and_requests(Image),
         the_commands_of_footfall_use_the_port(Image),
         the_raw_log_is_watched_through_a_server(Image, Program),
         keys_of_the_live_screen_change_the_board_and_none_arms(Image, Program, Terminal),
@@ -172,7 +172,7 @@ fn no_request_arms_and_one_stops() {
 }
 
 /// At 1 Mbaud: nothing is dropped at 100 frames a second while requests come, and of a board with one sensor nothing at 1,000.
-fn the_line_has_room_for_every_rate_and_requests() {
+fn the_serial_line_carries_every_rate_and_requests() {
     let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
         let mut host = Host::open(&path);
         host.until("walking", |host| host.state == SupervisorState::Walking);

@@ -5,7 +5,7 @@
 //!   either the old width or the new one. Frames start half a period away from the ticks, which write the widths: all four joints take the
 //!   width of the same tick ([`start_frames`]).
 //! - [`Outputs::drive`] with MOE off: the widths have been 0 for a whole frame, so MOE is set without a pulse, then the new widths are buffered
-//!   for the next frame. The first pulse is complete. Before MOE the watchdog and TIM1 are told to run on while a debugger halts the core
+//!   for the next frame. The first pulse is complete. Before MOE the watchdog and TIM1 are set to run on while a debugger halts the core
 //!   ([`watchdog`]), and after MOE is off to stand still with it.
 //! - A pulse that is cut short is a valid command for another angle. So whatever ends the pulses while the processor runs waits for the end of
 //!   a running one, at most 2.5 ms: [`Outputs::release`] over the ticks, [`outputs_off`] in a loop.
