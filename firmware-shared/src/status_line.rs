@@ -7,7 +7,7 @@ use joint_units::Radians;
 use wire::Frame;
 
 /// Bytes of the longest line: four sensors that are out of their tables.
-pub const MAX_BYTES: usize = 144;
+pub const MAX_BYTES: usize = 160;
 
 /// The line. With one sensor it has at most 66 characters, so that it fits into 80 columns behind the time.
 ///

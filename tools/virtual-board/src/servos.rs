@@ -122,7 +122,7 @@ mod tests {
         assert!((servos.degrees()[1] - 10.0).abs() < 1e-9);
         let on = TimedOutputChange { seconds: 0.0, instructions: 0, change: OutputChange::Rail(true) };
         let us = [1500.0, 1800.0, 1200.0, 1500.0];
-        let pulses = PulsePeriod { seconds: 0.02, us: us.map(Some), programmed_us: us.map(Some), rail: true };
+        let pulses = PulsePeriod { seconds: 0.3, us: us.map(Some), programmed_us: us.map(Some), rail: true };
         servos.take(&[pulses], &[on], 1.0, false);
         for (got, want) in servos.degrees().iter().zip([0.5, 0.0, 1.0, 0.5_f64]) {
             assert!((got - want.to_degrees()).abs() < 1e-6, "{got} {want}");

@@ -45,7 +45,7 @@ use rows::{Reading, Scale};
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// Rows of known angles: CSV with `angle_deg` or `angle_rad`, `volts` or `code`, and perhaps `vrefint` and `direction`
-    #[arg(value_name = "ROWS", required_unless_present = "guide", conflicts_with = "guide")]
+    #[arg(value_name = "ROWS", required_unless_present = "guide", conflicts_with_all = ["guide", "codes", "serial", "rtt", "angles", "samples", "most_sd_codes", "keep_rows"])]
     pub rows: Option<PathBuf>,
     /// The sensor file to write
     #[arg(short, long, value_name = "TOML")]

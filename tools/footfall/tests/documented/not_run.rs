@@ -139,7 +139,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "footfall watch --serial /dev/ttyACM0",
             "footfall watch --rtt tcp:localhost:9090",
             "footfall watch --rtt jlink:localhost:19021",
-            "footfall watch --rtt tcp-listen:localhost:9090",
+            "footfall watch --rtt tcp-listen:127.0.0.1:9091",
             "cargo xtask watch",
             "cargo xtask watch --serial /dev/ttyACM0",
             "cargo xtask watch --board nucleo-f446re --serial /dev/ttyACM0",

@@ -5,7 +5,7 @@
 //! - `adi`: debug port and access port.
 //! - `core`: debug registers of the core, vector catches, break point unit, identification.
 //!
-//! [`crate::run`] carries out what they ask of core and memory.
+//! [`mod@crate::run`] carries out what they ask of core and memory.
 
 pub(crate) mod adi;
 pub(crate) mod core;

@@ -38,7 +38,7 @@ pub(crate) struct Wire {
 }
 
 const fn parity(value: u32) -> bool {
-    value.count_ones() % 2 != 0
+    !value.count_ones().is_multiple_of(2)
 }
 
 impl Wire {
