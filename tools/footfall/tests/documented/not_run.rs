@@ -39,7 +39,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --pace -- --serial",
             "cargo xtask run --pace -- --rtt-server 127.0.0.1:9090",
             "cargo xtask build",
-            "cargo xtask build --board NAME",
             "cargo xtask pico",
             "cargo xtask test --only pico",
             "cargo xtask bench pico",
