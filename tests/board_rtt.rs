@@ -70,7 +70,7 @@ fn lines_for_people_are_ten_a_second_and_fit() {
     let walking: Vec<&String> =
         status.iter().map(|(_, line)| *line).filter(|line| line.starts_with("walking: ")).collect();
     report!("{} lines, {} of them of a walk, such as `{}`", boot.log.len(), walking.len(), walking[walking.len() / 2]);
-    // In any second but the first, in which the boot is told, at most ten and the changes of state.
+    // In any second but the first, which has the lines of the boot, at most ten and the changes of state.
     for (start, _) in &status {
         let times = boot.log_times.iter().filter(|time| (*start..start + 0.9995).contains(*time) && *start > 1.0);
         assert!(times.count() <= 12, "from {start} s on");

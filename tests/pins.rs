@@ -71,7 +71,7 @@ fn the_page_has_the_lamps_of_the_firmware() {
     let (page, module) = (read("docs/boards.md"), read("firmware-shared/src/lamp.rs"));
     let rows = rows_below(&page, "", heading);
     assert_eq!(rows, rows_below(&module, "//! ", heading));
-    assert_eq!(rows.len(), 12);
+    assert_eq!(rows.len(), 13);
     let lamps = DISCOVERY.led_pulses.into_iter().chain(DISCOVERY.led_fault);
     assert!(lamps.chain(BOARDS[1].led_pulses).chain(BOARDS[2].led_pulses).all(|pin| page.contains(pin.name)));
 }

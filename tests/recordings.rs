@@ -188,6 +188,11 @@ fn no_sample_of_a_recording_is_rejected_falsely() {
             assert!(matches!(*error.fault, Fault::MissingColumn { wanted: "time_s", .. }), "{error}");
             continue;
         }
+        // Thigh angles beside the phase of a device: no angle of a joint.
+        if path.parent().is_some_and(|folder| folder.ends_with("tum_thigh")) {
+            assert!(csv_file::read(&path).unwrap_err().to_string().contains("`device_phase_rad`"));
+            continue;
+        }
         let recording = csv_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
         files += 1;
         let channels: Vec<&Channel> = recording.channels().iter().collect();

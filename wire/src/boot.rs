@@ -38,7 +38,7 @@ pub struct Boot {
     pub brown_out: BrownOut,
 }
 
-/// Level of the brown-out reset: 0 is off, 3 is the highest (RM0090 5.2.2). Of a chip whose detector has no levels 0 is off and 1 is on.
+/// Level of the brown-out reset: 0 is off, 3 is the highest. Of a chip whose detector has no levels 0 is off and 1 is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BrownOut {
     /// In the option bytes, or in the register of the detector.
