@@ -178,7 +178,9 @@ fn the_supply_is_on_only_while_there_are_pulses() {
 fn frames_start_far_from_the_ticks() {
     let board = Board::find();
     for cpi in ["0.8", "1", "1.5", "2", "3"] {
-        let ran = board.run(walk_options(4.0, &["--cpi", cpi]));
+        // The slowest is not yet ready for the stop's test at the usual time.
+        let ran =
+            board.run(walk_options(4.0, &["--emergency-stop", "0.06:0.024", "--press", "0.1:0.304", "--cpi", cpi]));
         let margin = ran.end.frame_margin_us.expect("it walks");
         report!("{cpi} cycles an instruction: {margin} us from a write to the start of a frame");
         assert!(margin >= LEAST_MARGIN_US, "{margin} us at {cpi} cycles an instruction");

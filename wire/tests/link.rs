@@ -52,16 +52,16 @@ fn by_definition(payload: &[u8]) -> Vec<u8> {
 #[test]
 fn a_frame_is_as_the_paper_defines_it() {
     let action = Action::Set { parameter: Parameter::Speed, thousandths: 1_000 };
-    let payload = [8, 7, 3, 0xd0, 0x0f];
+    let payload = [9, 7, 3, 0xd0, 0x0f];
     assert_eq!(framed(&Request { number: 7, action }), by_definition(&payload));
-    assert_eq!(framed(&Request { number: 7, action: Action::Stop }), by_definition(&[8, 7, 0, 0]));
+    assert_eq!(framed(&Request { number: 7, action: Action::Stop }), by_definition(&[9, 7, 0, 0]));
     let trim = Action::Trim { joint: Joint::RightKnee };
-    assert_eq!(framed(&Request { number: 7, action: trim }), by_definition(&[8, 7, 254, 6]));
+    assert_eq!(framed(&Request { number: 7, action: trim }), by_definition(&[9, 7, 254, 6]));
     let jog = Action::Jog { pulse: PulseMicros(1_501) };
-    assert_eq!(framed(&Request { number: 7, action: jog }), by_definition(&[8, 7, 255, 0xba, 0x17]));
+    assert_eq!(framed(&Request { number: 7, action: jog }), by_definition(&[9, 7, 255, 0xba, 0x17]));
     let record = Record::Edge(Edge { tick: 0, offset_us: 0, high: false, lost_before: false });
     let mut buffer = [0; MAX_FRAME_BYTES];
-    assert_eq!(frame_record(&record, &mut buffer), Some(&by_definition(&[8, 5, 0, 0, 0, 0])[..]));
+    assert_eq!(frame_record(&record, &mut buffer), Some(&by_definition(&[9, 5, 0, 0, 0, 0])[..]));
 }
 
 #[test]
