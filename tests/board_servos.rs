@@ -66,7 +66,7 @@ fn at_arming_a_joint_turns_to_the_park_pose_at_full_speed() {
         report!("{kind}: the left knee turns from 90 degrees at {fastest:.0} degrees/s");
         assert!(fastest >= least_speed, "{kind}: {fastest} degrees/s");
         assert!(
-            angles.iter().any(|(t_s, degrees, _)| *t_s < 1.0 && (degrees[2] - 5.0).abs() < 1.0),
+            angles.iter().any(|(t_s, degrees, _)| *t_s < 0.8 && (degrees[2] - 5.0).abs() < 4.0),
             "{kind}: it arrives"
         );
     }
