@@ -59,7 +59,7 @@ const ARMED_S: f64 = 0.7;
 /// When the last line of a walk is read, s: between two pulses.
 const END_S: f64 = 13.205;
 /// In a pulse of the first two servos: the frames begin at one phase after each power-on.
-const IN_PULSE_S: f64 = 2.9992;
+const IN_PULSE_S: f64 = 3.0006;
 /// What the ROM and the start of the program take, s: tick n is n milliseconds later.
 const STARTED_S: f64 = 0.074;
 
@@ -405,8 +405,8 @@ fn a_fourth_sensor_is_refused() {
 /// When the host opens the port, s.
 const OPENED_S: f64 = 0.5;
 /// When it sends what is no request, and when a request, s.
-const DAMAGED_S: f64 = 3.3;
-const ASKED_S: f64 = 3.6;
+const DAMAGED_S: f64 = 2.8;
+const ASKED_S: f64 = 3.0;
 /// When it stops reading, and when it reads again, s.
 const UNREAD_S: f64 = 4.2;
 const READ_S: f64 = 5.2;
