@@ -53,8 +53,8 @@ class LoopDriver:
     _SUPPLY_V, _VREFINT = 3.0, 1652
     _FRAME_TICKS = 20
     #: The image on the virtual board begins its first servo frame so many ticks after the tick that switches the outputs on, and its first tick so
-    #: many milliseconds after power-on: with its default walk, and with a generator record, which it reads for a millisecond (tests compare the pulses).
-    _OF_DEFAULT_WALK, _OF_RECORD = (11, 12), (12, 13)
+    #: many milliseconds after power-on: with its default walk, and with a generator record (tests compare the pulses).
+    _OF_DEFAULT_WALK, _OF_RECORD = (11, 12), (11, 12)
     #: Of the oscillator that the board measures, Hz.
     _WATCHDOG_HZ = 32_000
 
