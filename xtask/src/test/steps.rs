@@ -561,7 +561,7 @@ fn image_tests(state: &State) -> Result<String> {
 
 /// The test programs in which probe-rs, or a person's part, meets a virtual board that runs as fast as real time. One test at a time: a board that gets too
 /// little of the processor is behind real time, and what waits for it gives up.
-const PROBE_TESTS: [&str; 3] = ["board_probe", "bringup", "xtask_probe"];
+const PROBE_TESTS: [&str; 4] = ["board_probe", "bringup", "page_commands", "xtask_probe"];
 
 fn with_probe_rs(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;

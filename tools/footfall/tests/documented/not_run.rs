@@ -186,7 +186,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "maturin build --locked --manifest-path python/Cargo.toml --out wheels",
             "cargo build --release -p footfall-c",
             "cc -I c/include c/examples/walk.c target/release/libfootfall_c.a -lm -lpthread -ldl -o target/walk",
-            "cargo install probe-rs-tools --locked",
             "mkdir -p target/tool-links",
             "ln -sf /usr/lib/llvm-22/bin/lld target/tool-links/rust-lld",
             "env -u RUSTUP_TOOLCHAIN PATH=\"$PWD/target/tool-links:$PATH\" RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core,alloc CARGO_TARGET_DIR=target/thumb-debian /usr/bin/cargo build -p firmware --release --target thumbv7em-none-eabihf",
