@@ -3,7 +3,7 @@
 //!
 //! A line is run by the shell in a folder that has the samples. Only a serial port and a network address are replaced by those of the virtual board.
 
-use footfall_tests::bench::{Bench, Log, root, until};
+use footfall_tests::bench::{Bench, Log, root};
 use joint_loop::store::robot_record;
 use std::process::{Command, ExitCode, Output, Stdio};
 use tempfile::TempDir;
@@ -85,10 +85,6 @@ impl<'a> Page<'a> {
         self.take(line);
     }
 
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.folder.path().join(name), text).expect("written");
-    }
-
     /// Writes a file of the repository under a name that the page uses for a file of the reader.
     fn copy(&self, from: &str, to: &str) {
         std::fs::copy(root().join(from), self.folder.path().join(to)).expect("copied");
@@ -126,7 +122,7 @@ fn those_of_the_first_walk() {
     bench.command("stop");
     bench.command("hold");
     log.until("walking");
-    let said = log.end();
+    let said = log.terminate();
     for words in
         ["brown-out reset: level off; this board should have level 2", "until its supply is switched off and on"]
     {
@@ -140,7 +136,7 @@ fn those_of_the_first_walk() {
     bench.arm();
     log.until("walking");
     bench.stop();
-    log.end();
+    log.terminate();
     assert!(page.ends(INFO).contains("robot.bin: good"));
     let robot = robot_record::read(&bench.memory(0x0800_C000, 0x4000));
     assert!(robot.is_ok_and(|record| record.is_some()), "the robot's record");
@@ -169,19 +165,19 @@ fn those_of_boards_flash_keep_and_watch() {
         page.copy("samples/sensor.toml", sensor);
     }
     page.not_run("cargo xtask setup --with probe", "the set-up of this test is the same");
-    page.shows("cargo xtask flash", "disarmed").end();
+    page.shows("cargo xtask flash", "disarmed").terminate();
     page.not_run("cargo xtask flash --board nucleo-f446re", NUCLEO);
     page.not_run("cargo xtask flash --board black-pill-f411", BLACK_PILL);
-    page.shows("cargo xtask flash --generator generator.toml", "disarmed").end();
+    page.shows("cargo xtask flash --generator generator.toml", "disarmed").terminate();
     let line = "cargo xtask flash --sensor left_hip=hip.toml --sensor left_knee=knee.toml";
-    page.shows(line, "disarmed").end();
-    page.shows("cargo xtask flash --robot robot.toml", "disarmed").end();
-    page.shows("cargo xtask flash --shadow", "disarmed").end();
+    page.shows(line, "disarmed").terminate();
+    page.shows("cargo xtask flash --robot robot.toml", "disarmed").terminate();
+    page.shows("cargo xtask flash --shadow", "disarmed").terminate();
     let mut log = page.shows("cargo xtask flash --no-sensor", "disarmed");
     bench.arm();
     log.until("walking");
     bench.stop();
-    log.end();
+    log.terminate();
     page.not_run("cargo xtask flash --board black-pill-f411 --dfu", "no USB boot loader is modelled");
     assert!(page.ends("cargo xtask board info").contains("robot.bin: good"));
     page.ends("cargo xtask board read -o saved");
@@ -204,7 +200,7 @@ fn those_of_boards_flash_keep_and_watch() {
     bench.arm();
     log.until("walking");
     bench.stop();
-    log.end();
+    log.terminate();
     let line = "cargo footfall trim left_hip --serial /dev/ttyACM0 --robot robot.toml -o robot.toml --force";
     page.not_run(line, "it asks for angles that a person measures; tests/board_trim.rs answers");
 
@@ -234,7 +230,7 @@ fn those_of_boards_flash_keep_and_watch() {
     std::fs::remove_file(page.folder.path().join("tuned.toml")).expect("removed");
     page.ends("cargo footfall save samples/generator.toml --set speed=1.2 --set offset_left_hip=-2.5 -o tuned.toml");
     page.ends("cargo footfall certify tuned.toml");
-    page.shows("cargo xtask flash --keep --generator tuned.toml", "disarmed").end();
+    page.shows("cargo xtask flash --keep --generator tuned.toml", "disarmed").terminate();
     page.ends("cargo footfall sync samples/edges.csv");
     page.ends("cargo footfall sync samples/line-board.csv --against samples/line-recorder.csv");
     page.end();

@@ -191,7 +191,7 @@ fn the_runner_of_cargo_seals_writes_and_starts() {
         let mut command = board.beside(words.next().expect("a program"), folder);
         let mut log = Log::start(command.args(words).arg(&unsealed));
         log.until("disarmed");
-        let said = log.end();
+        let said = log.terminate();
         assert!(said.contains("image for f4-discovery"), "{said}");
         assert_eq!(board.memory(SEAL as u32, 4), b"SEAL");
         board.command("power");

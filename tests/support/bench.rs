@@ -214,10 +214,19 @@ impl Log {
         });
     }
 
-    /// Ctrl-C.
-    pub fn end(mut self) -> String {
-        assert!(Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap().success());
-        until("the end of the log", || self.child.try_wait().unwrap().is_some());
+    /// Ctrl-C. What it said.
+    pub fn end(self) -> String {
+        self.end_by("-INT")
+    }
+
+    /// SIGTERM, for probe-rs: 0.32 does not heed SIGINT where an image has a down channel and no terminal is there.
+    pub fn terminate(self) -> String {
+        self.end_by("-TERM")
+    }
+
+    fn end_by(mut self, signal: &str) -> String {
+        assert!(Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap().success());
+        until("the end of the program", || self.child.try_wait().unwrap().is_some());
         self.said.text() + &self.errors.text()
     }
 }

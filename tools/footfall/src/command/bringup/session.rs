@@ -23,6 +23,8 @@ use crate::failure::Failure;
 
 /// How long a person may take for what a step asks, s.
 const PATIENCE_S: u64 = 120;
+/// How long records may be under way from the board to this program, ms.
+const SETTLE_MS: u64 = 300;
 /// How long pulses of one width are collected, s: 75 servo frames.
 const PULSES_S: f64 = 1.5;
 /// How long codes are collected, s: 20 slots of the time code, in each of which both levels last 10 ms or more.
@@ -181,7 +183,10 @@ impl<'a, W: Write> Session<'a, W> {
                 }
             };
             match line.trim() {
-                "" => return Ok(Answer::Done),
+                "" => {
+                    self.settle()?;
+                    return Ok(Answer::Done);
+                }
                 "s" => return Ok(Answer::Skip),
                 "q" => {
                     self.is_over = true;
@@ -193,6 +198,17 @@ impl<'a, W: Write> Session<'a, W> {
                 }
             }
         }
+    }
+
+    /// Takes what is still under way from the board, which belongs to no step either.
+    fn settle(&mut self) -> Result<(), Failure> {
+        let until = Instant::now() + Duration::from_millis(SETTLE_MS);
+        while Instant::now() < until {
+            self.board.listen_through_loss()?;
+        }
+        self.is_untested |= self.board.boot().is_some();
+        self.board.forget();
+        Ok(())
     }
 
     /// Does a step again and again, until it has its result or the person skips it. `attempt` gives the reason why there is no result.
