@@ -7,7 +7,7 @@ use footfall_tests::bench::{Bench, Log, root};
 use joint_loop::store::robot_record;
 use std::process::{Command, ExitCode, Output, Stdio};
 use tempfile::TempDir;
-use test_suite::tests;
+use test_suite::{report, tests};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -42,6 +42,7 @@ impl<'a> Page<'a> {
     /// The next line, which must be this one.
     fn take(&mut self, line: &str) {
         assert_eq!(self.lines.next().as_deref(), Some(line), "the next command line of {}", self.name);
+        report!("{line}");
     }
 
     fn command(&self, line: &str) -> Command {

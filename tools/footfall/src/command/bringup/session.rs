@@ -665,7 +665,12 @@ impl<'a, W: Write> Session<'a, W> {
             };
             let tick_us = i64::from(tick) * 1_000;
             let last = session.board.edges().map(edge_us).filter(|us| *us <= tick_us + i64::from(LATE_US)).max();
-            let later = session.board.edges().filter(|edge| edge_us(edge) > tick_us + i64::from(LATE_US)).count();
+            let later: Vec<i64> = session.board.edges().map(edge_us).filter(|us| *us > tick_us + i64::from(LATE_US)).collect();
+            let silent = Quantity::number(NAMES[1], later.len() as f64, "").within(None, Some(0.0), SILENT);
+            let silent = match later.first() {
+                Some(first) => silent.noted(format!("the first {} us after the tick that saw the stop", first - tick_us)),
+                None => silent,
+            };
             // The press came after the tick before had read the stop.
             let bound = last.map_or(0.0, |last| (last - (tick_us - 1_000)) as f64 * 1e-3).max(0.0);
             let note = format!(
@@ -679,7 +684,7 @@ impl<'a, W: Write> Session<'a, W> {
             }
             Ok(Ok(vec![
                 Quantity::number(NAMES[0], bound, "ms").within(None, Some(1.1), STOP).noted(note),
-                Quantity::number(NAMES[1], later as f64, "").within(None, Some(0.0), SILENT),
+                silent,
             ]))
         })?;
         Ok(())
