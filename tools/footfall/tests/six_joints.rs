@@ -136,7 +136,6 @@ fn wrong_options_are_refused_with_what_is_allowed() {
         (with(&["--robot", ROBOT]), "--robot with --joints 6"),
         (with(&[WALK]), "2 recordings with --joints 6: allowed is one"),
         (vec!["certify", text(&six), "--robot", ROBOT], "no robot has so many"),
-        (vec!["walk", "--generator", text(&four)], "cargo xtask run --generator"),
         (vec!["walk", "--generator", text(&six), "--gait", "run"], "cannot be used with"),
     ] {
         let output = footfall(&arguments);
