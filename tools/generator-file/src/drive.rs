@@ -101,14 +101,22 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
         let settled = if start == 0 { 0.0 } else { SETTLE_STRIDES * stride };
         let phase = f64::from(start) / f64::from(STARTS) * stride;
         let mut joints = unarmed.after(BOOT + (settled + phase).min(MOST_SETTLE_TICKS) as u32);
-        let mut armed = 0;
+        // Ticks since the arming.
+        let mut armed = None;
         for tick in 0..HOLD + RAMP {
             joints.tick(&Sample { button: tick < HOLD, ..Sample::default() });
-            armed += 1;
-            if joints.state() == SupervisorState::Walking {
+            let is_arming = joints.state() == SupervisorState::Arming;
+            armed = armed.or(is_arming.then_some(0)).map(|ticks| ticks + 1);
+            // It walks, or the ramp was stopped.
+            if armed.is_some() && !is_arming {
                 break;
             }
         }
+        let Some(armed) = armed else {
+            all.walks = false;
+            all.why_not = Some(format!("it does not arm, cause {}", joints.frame().cause.name()));
+            break;
+        };
         all.strides.clear();
         let (mut cycles, mut before) = (0.0, joints.generator().phase());
         for tick in 0..walked {
@@ -317,7 +325,7 @@ mod tests {
         assert!(!got.walks && got.strides.is_empty());
         let why = got.why_not.unwrap();
         assert!(
-            why.starts_with("it stops 0.")
+            why.starts_with("it stops 1.")
                 && why.contains("left_hip")
                 && why.contains("> 75 degrees at")
                 && why.ends_with("% of the stride"),

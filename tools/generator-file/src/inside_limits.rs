@@ -18,8 +18,8 @@ use crate::subject::Subject;
 
 /// Points of a stride at which the limits are imposed.
 const POINTS: usize = 400;
-/// Strides from the start to that stride.
-const SETTLE_STRIDES: usize = 60;
+/// Strides before them.
+const SETTLE_STRIDES: f64 = 60.0;
 /// Margin of the first try: degrees of an angle, and part of a rate or acceleration.
 const MARGIN: (f64, f64) = (0.02, 0.005);
 /// Tries, each with twice the margin.
@@ -71,7 +71,7 @@ pub fn inside_limits(set: &GeneratorSet, config: &LoopConfig) -> Result<InsideLi
     if is_inside(set)? {
         return Ok(InsideLimits { set: set.clone(), cost_deg: [0.0; Joint::COUNT] });
     }
-    let stride = stride(set, &config.gate)?;
+    let stride = stride(set)?;
     for attempt in 0..TRIES {
         let times = f64::from(1 << attempt);
         let changes = project(&stride, &config.gate, (times * MARGIN.0, times * MARGIN.1));
@@ -129,78 +129,42 @@ fn changed(set: &GeneratorSet, changes: &[Change; Joint::COUNT]) -> Result<Gener
 
 /// A stride of a generator, degrees.
 struct Stride {
-    /// Points of the stride, and those of the way to it that are nearer to a limit.
     angles: Vec<[f64; Joint::COUNT]>,
-    /// From the start on.
     peak_rate: [f64; Joint::COUNT],
     peak_acceleration: [f64; Joint::COUNT],
     mean: [f64; Joint::COUNT],
     deviation: [f64; Joint::COUNT],
 }
 
-/// How far an angle or a pose goes towards each limit of range and pose, degrees.
-fn towards_limits(gate: &GateConfig, angles: &[f64; Joint::COUNT]) -> Vec<f64> {
-    let ends = angles.iter().flat_map(|angle| [-angle, *angle]);
-    let poses = gate.pose.iter().flatten().map(|limit| {
-        let (first, second) = (angles[limit.first as usize], angles[limit.second as usize]);
-        if limit.sense == PoseSense::Sum { first + second } else { first - second }
-    });
-    ends.chain(poses).collect()
-}
-
-fn stride(set: &GeneratorSet, gate: &GateConfig) -> Result<Stride, String> {
+fn stride(set: &GeneratorSet) -> Result<Stride, String> {
     let subject = Subject::Set(set.clone());
     let mut led = subject.led(Period::MILLISECOND)?;
     let ticks = (subject.stride_guess_s() * 1.1e3).ceil() as usize;
+    for _ in 0..(SETTLE_STRIDES * ticks as f64) as usize {
+        led.step();
+    }
     let every = (ticks / POINTS).max(1);
     let (mut peak_rate, mut peak_acceleration) = ([0.0f64; Joint::COUNT], [0.0f64; Joint::COUNT]);
+    let mut angles = vec![];
     let mut before = led.rates();
-    // The points of the next stride.
-    let mut next = || -> Vec<[f64; Joint::COUNT]> {
-        let mut angles = vec![];
-        for tick in 0..ticks {
-            led.step();
-            let rates = led.rates();
-            for j in 0..Joint::COUNT {
-                peak_rate[j] = peak_rate[j].max(f64::from(rates[j].0.abs()).to_degrees());
-                peak_acceleration[j] =
-                    peak_acceleration[j].max(f64::from((rates[j].0 - before[j].0).abs()).to_degrees() * 1e3);
-            }
-            before = rates;
-            if tick % every == 0 {
-                angles.push(led.angles().map(|angle| f64::from(angle.0).to_degrees()));
-            }
+    for tick in 0..ticks {
+        led.step();
+        let rates = led.rates();
+        for j in 0..Joint::COUNT {
+            peak_rate[j] = peak_rate[j].max(f64::from(rates[j].0.abs()).to_degrees());
+            peak_acceleration[j] =
+                peak_acceleration[j].max(f64::from((rates[j].0 - before[j].0).abs()).to_degrees() * 1e3);
         }
-        angles
-    };
-    // Of each stride of the way, the point that goes furthest towards each limit.
-    let mut way: Vec<(usize, f64, [f64; Joint::COUNT])> = vec![];
-    let furthest = |points: &[[f64; Joint::COUNT]]| {
-        let mut most: Vec<(usize, f64, [f64; Joint::COUNT])> = vec![];
-        for angles in points {
-            for (limit, value) in towards_limits(gate, angles).into_iter().enumerate() {
-                match most.get_mut(limit) {
-                    None => most.push((limit, value, *angles)),
-                    Some(known) if value > known.1 => (known.1, known.2) = (value, *angles),
-                    Some(_) => {}
-                }
-            }
+        before = rates;
+        if tick % every == 0 {
+            angles.push(led.angles().map(|angle| f64::from(angle.0).to_degrees()));
         }
-        most
-    };
-    for _ in 0..SETTLE_STRIDES {
-        way.extend(furthest(&next()));
     }
-    let mut angles = next();
     let count = angles.len() as f64;
     let mean: [f64; Joint::COUNT] = std::array::from_fn(|j| angles.iter().map(|a| a[j]).sum::<f64>() / count);
     let deviation = std::array::from_fn(|j| {
         (angles.iter().map(|a| (a[j] - mean[j]).powi(2)).sum::<f64>() / count).sqrt().max(1e-9)
     });
-    let most = furthest(&angles);
-    angles.extend(
-        way.iter().filter(|(limit, value, _)| *value > most[*limit].1 + MARGIN.0).map(|(_, _, angles)| *angles),
-    );
     Ok(Stride { angles, peak_rate, peak_acceleration, mean, deviation })
 }
 
