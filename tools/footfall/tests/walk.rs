@@ -4,6 +4,7 @@ mod common;
 
 use common::{footfall, parts, said};
 use cpg_core::Generator;
+use generator_file::file::GeneratorFile;
 use joint_units::Period;
 use serde_json::Value;
 
@@ -270,18 +271,17 @@ fn stepped(mut generator: impl Generator<4>, ticks: u32, every: u32) -> String {
 #[test]
 fn a_generator_file_is_played_as_the_core_steps_it() {
     let folder = tempfile::tempdir().unwrap();
-    let file = |name: &str, text: &[u8]| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).unwrap();
+    let file = |kind: &str| {
+        let path = folder.path().join(format!("{kind}.toml"));
+        std::fs::write(&path, GeneratorFile::default_of(kind).expect("a default").to_toml()).unwrap();
         path.to_str().unwrap().to_owned()
     };
     let shape = concat!(env!("CARGO_MANIFEST_DIR"), "/../../samples/generator.toml");
-    let walk_file = file("walk.toml", &footfall(["defaults", "phase-coupled"]).stdout);
-    let thesis = file("thesis.toml", &footfall(["defaults", "thesis"]).stdout);
+    let (walk_file, thesis) = (file("phase-coupled"), file("thesis"));
     let default_walk = cpg_core::gait::default_walk::default_walk(Period::MILLISECOND).unwrap();
     assert_eq!(data(&["--generator", &walk_file, "--secs", "20", "--every-ms", "7"]), stepped(default_walk, 20_000, 7));
     for path in [shape, &thesis] {
-        let set = generator_file::file::GeneratorFile::read(path.as_ref()).unwrap().set;
+        let set = GeneratorFile::read(path.as_ref()).unwrap().set;
         let built = set.build(Period::MILLISECOND).unwrap();
         assert_eq!(data(&["--generator", path, "--secs", "3", "--csv"]), stepped(built, 3_000, 10), "{path}");
     }

@@ -197,8 +197,8 @@ fn degrees(radians: f32) -> f64 {
     f64::from(radians).to_degrees()
 }
 
-/// The limits of a robot that the motion of a generator exceeds, from its own start to its orbit: poses first, which stop a
-/// board, then what the orbit exceeds, then what only the way to it exceeds.
+/// The limits of a robot that the motion of a generator exceeds, from its own start to its orbit: those of the orbit first,
+/// of these ranges and poses.
 ///
 /// # Errors
 /// It cannot be built; the text says why.
@@ -253,8 +253,8 @@ pub(crate) fn measure(subject: &Subject, gate: &GateConfig) -> Result<Measured, 
     let speeds = of_joints(rate, Limit::Rate)
         .zip(of_joints(acceleration, Limit::Acceleration))
         .flat_map(|(rate, acceleration)| [rate, acceleration]);
-    let mut excesses: Vec<Excess> = of_poses.chain(ranges).chain(speeds).flatten().collect();
-    excesses.sort_by_key(|excess| (excess.limit != Limit::Pose, !excess.on_orbit));
+    let mut excesses: Vec<Excess> = ranges.chain(of_poses).chain(speeds).flatten().collect();
+    excesses.sort_by_key(|excess| !excess.on_orbit);
     let joints = Joint::ALL.into_iter().zip(orbit).map(|(joint, [least, most, rate, acceleration])| JointPeaks {
         name: joint.name(),
         least_deg: -degrees(least),

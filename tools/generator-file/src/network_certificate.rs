@@ -202,6 +202,14 @@ mod tests {
             assert!(found.accepted, "{name}: {:?}", found.refused_because);
             // Kicks of every state: a displacement and a velocity a joint.
             assert!(found.returns.multipliers.len() == 2 * joints - 1 && found.returns.kicks > 16 * 2 * joints as u32);
+            // The way from the start leads onto the orbit.
+            for joint in &found.joints {
+                let [low, high] = joint.way_deg;
+                assert!(
+                    low < joint.least_deg + 0.02 && high > joint.most_deg - 0.02 && joint.leaves_s.is_none(),
+                    "{joint:?}"
+                );
+            }
             let ankle = &found.joints[4];
             assert!((ankle.most_deg - 12.0).abs() < 0.7 && (ankle.least_deg + 12.0).abs() < 0.7, "{ankle:?}");
         }
