@@ -297,8 +297,8 @@ fn a_generator_file_is_played_as_the_core_steps_it() {
     assert!(code == 2 && talk.contains("exists already and is kept"), "{talk}");
     let (code, _, talk) = walk(&["--generator", &walk_file, "--csv", &walk_file, "--force"]);
     assert!(code == 2 && talk.contains("is an input of this command"), "{talk}");
-    let (code, printed, talk) = parts(footfall(["check", name]));
-    assert!(code == 0 && printed.contains("right_knee_deg") | printed.contains("right knee"), "{printed}{talk}");
+    let (code, printed, talk) = parts(footfall(["check", "--trace", name]));
+    assert!(code == 0 && printed.contains("good: `fit` takes it"), "{printed}{talk}");
     // A gait too.
     let gait = folder.path().join("gait.csv");
     let (code, _, talk) = walk(&["--gait", "run", "--secs", "1", "--csv", gait.to_str().unwrap()]);
