@@ -17,6 +17,8 @@ pub const STILL_DEG: f64 = 0.5;
 pub(crate) const SETTLE_STRIDES: f64 = 220.0;
 /// Strides over which the motion on the orbit is measured.
 const MEASURED_STRIDES: f64 = 20.0;
+/// A limit of the orbit that is exceeded so soon after the start is exceeded from the start on, s.
+const SOON_S: f64 = 2.0;
 /// Least time from the start to the end of the measurement, s.
 const LEAST_S: f64 = 120.0;
 
@@ -120,10 +122,12 @@ impl fmt::Display for Excess {
             if digits == 0 && matches!(self.limit, Limit::Rate | Limit::Acceleration) { 0 } else { digits.max(1) };
         let at = at_percent.round() % 100.0;
         write!(f, "{of} {value:.whole$} {sign} {allowed} {unit} at {at:.0} % of the stride")?;
-        if self.on_orbit {
-            return Ok(());
-        }
         let [first, last] = [self.first_s, self.last_s];
+        match self.on_orbit {
+            true if first < SOON_S => return Ok(()),
+            true => return write!(f, ", from {first:.1} s after its start on"),
+            false => {}
+        }
         if last - first < 0.1 {
             return write!(f, ", on the way to its orbit, {first:.2} s after its start");
         }
