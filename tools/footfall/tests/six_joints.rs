@@ -122,7 +122,6 @@ fn boards_refuse_six_joints_in_words() {
 fn wrong_options_are_refused_with_what_is_allowed() {
     let folder = tempfile::tempdir().unwrap();
     let six = default_file(folder.path(), "six-joints");
-    let four = default_file(folder.path(), "generator");
     let with = |more: &[&'static str]| [&["fit", ANKLES, "--joints", "6", "--kind", "phase-coupled"], more].concat();
     for (arguments, words) in [
         (vec!["fit", ANKLES, "--joints", "6"], "allowed is --kind phase-coupled"),
