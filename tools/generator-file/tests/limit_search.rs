@@ -33,6 +33,8 @@ const GRAZES: Limits = Limits { angle_deg: 0.5, part: 0.05 };
 const SAME_S: f64 = 2.0;
 /// Change of a start, as a part, that is like the rounding of the certificate, which is in f32.
 const ROUNDED: f64 = 1e-5;
+/// Sets after which the counts are printed.
+const AT_A_TIME: u64 = 250;
 /// Starts that are changed by it.
 const CHANGED: u32 = 6;
 
@@ -289,8 +291,12 @@ fn search(first: u64, sets: u64) -> Counts {
             ..a
         }
     };
-    let counts = (first..first + sets).into_par_iter().map(judged).reduce(Counts::default, sum);
-    println!("{counts:#?}");
+    let mut counts = Counts::default();
+    for from in (first..first + sets).step_by(AT_A_TIME as usize) {
+        let these = from..(from + AT_A_TIME).min(first + sets);
+        counts = sum(counts, these.into_par_iter().map(judged).reduce(Counts::default, sum));
+        println!("{counts:?}");
+    }
     counts
 }
 
