@@ -1,5 +1,5 @@
-//! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit or exceeds the
-//! limits of the robot, and a follower that does not lock from every start. It also says whether it walks on the robot.
+//! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit, exceeds the limits of
+//! the robot or does not walk on it, and a follower that does not lock from every start.
 
 mod network;
 mod return_rows;
@@ -50,7 +50,7 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Wrong input, a generator that is refused or does not walk, or a file that cannot be written.
+/// Wrong input, a generator that is refused, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     // A file of the name `list` is `./list`.
     let is_list = |params: &Path| options.list || (options.out.is_none() && params.as_os_str() == "list");
@@ -88,11 +88,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         messages::written(&path);
     }
     output::print(&if options.json { json } else { table(&certificate) })?;
-    match (&certificate.refused_because, &certificate.drive.why_not) {
-        (Some(because), _) => Err(Failure::run(format!("refused: {because}"))),
-        (None, Some(why)) => Err(Failure::run(format!("walks: no: {why}"))),
-        (None, None) => Ok(()),
-    }
+    certificate.refused_because.map_or(Ok(()), |because| Err(Failure::run(format!("refused: {because}"))))
 }
 
 /// The certificate of a generator file, where `--out` does not name it.

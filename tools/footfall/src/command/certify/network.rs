@@ -49,9 +49,10 @@ fn table(c: &NetworkCertificate) -> String {
 
 fn in_words(joint: &JointRange) -> String {
     let [least, most] = joint.range_deg;
+    let [low, high] = joint.way_deg;
     let inside = if joint.inside { "inside" } else { "BEYOND" };
     format!(
-        "{:.1} to {:.1} deg, peak {:.0} deg/s: {inside} {least} to {most} deg",
+        "{:.1} to {:.1} deg, peak {:.0} deg/s, from its start on {low:.1} to {high:.1} deg: {inside} {least} to {most} deg",
         joint.least_deg, joint.most_deg, joint.peak_velocity_deg_s
     )
 }
