@@ -166,6 +166,7 @@ impl Recording {
             received: false,
             joints: found,
             notes: vec![],
+            doubts: vec![],
         };
         let recorded = Recorded { name: name.into(), sha256: String::new(), joints: Ok(raw), conversion: None };
         Ok(Self { recorded })

@@ -106,7 +106,7 @@ fn raw(path: &Path) -> RawJoints {
         time_s: recording.time_s().to_vec(),
         received: false,
         joints,
-        notes: vec![],
+        notes: vec![], doubts: vec![],
     }
 }
 
@@ -334,7 +334,7 @@ fn a_goniometer_on_one_knee_gives_strides() {
             let joints = [None, None, Some(RawJoint::degrees("knee", angle_deg)), None];
             let time_s = recording.time_s().to_vec();
             let raw =
-                RawJoints { file: name.into(), format: "CSV".into(), time_s, received: false, joints, notes: vec![] };
+                RawJoints { file: name.into(), format: "CSV".into(), time_s, received: false, joints, notes: vec![], doubts: vec![] };
             let done = condition(&raw, &Rules::default()).unwrap();
             let flipped = done.findings.iter().filter(|finding| finding.done == Done::Flipped).count();
             assert_eq!(flipped, usize::from(sign < 0.0), "{name}: {:?}", done.findings);

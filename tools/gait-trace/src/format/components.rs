@@ -107,6 +107,14 @@ impl Components {
     }
 }
 
+/// A heading without component and unit, and its axis: the first where it names none.
+pub(crate) fn parts(heading: &str) -> (String, Axis) {
+    match component_of(heading) {
+        Some(Component { base, letter, .. }) => (base, Axis::ALL.get(letter).copied().unwrap_or(Axis::X)),
+        None => (split_unit(heading.trim()).0.to_owned(), Axis::X),
+    }
+}
+
 /// The component that a heading names at its end, behind which a unit may be.
 fn component_of(heading: &str) -> Option<Component> {
     let heading = heading.trim();

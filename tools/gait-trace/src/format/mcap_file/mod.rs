@@ -97,7 +97,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("MCAP, {kind}, {count} joints of {} channels", seen.sources.len());
-    Ok(RawJoints { file: name.into(), format, time_s, received, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received, joints, notes, doubts: vec![] })
 }
 
 /// A channel of which messages are read.

@@ -191,6 +191,6 @@ impl Rows for Table {
         let place = Place { file: name, header: Some(layout.end.max(1)), lines: &row_lines };
         let joints = in_degrees(&place, columns, how, &mut notes)?;
         let format = format!("oscilloscope CSV ({}), {} channels", dialect.words(), layout.channels.len());
-        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts: vec![] })
     }
 }

@@ -15,10 +15,10 @@ mod vector;
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
 use crate::format::unit::Said;
-use crate::raw::SignSource;
+use crate::raw::{Doubt, SignSource};
 use joint_units::Joint;
 use names::Place;
-pub(crate) use names::{FoundLegs, Leg, find, one_leg};
+pub(crate) use names::{FoundLegs, Leg, candidates, find, find_seen, one_leg};
 pub(crate) use pelvis::LengthUnit;
 pub(crate) use vector::Track;
 use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};
@@ -27,6 +27,8 @@ use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};
 const WINDOW_S: f64 = 1.2;
 /// The line from ankles to hips must be within 30 degrees of an axis: cosine of that angle.
 const UPRIGHT: f64 = 0.866;
+/// Largest mean lean of the legs from the vertical, degrees, to the front, the back or the side.
+const MOST_LEAN_DEG: f64 = 8.0;
 
 /// The trajectories of the legs.
 ///
@@ -53,7 +55,7 @@ pub(crate) fn tracks(
     Ok(moving)
 }
 
-fn is_seen(point: &[f64; 3]) -> bool {
+pub(crate) fn is_seen(point: &[f64; 3]) -> bool {
     point.iter().all(|value| !value.is_nan())
 }
 
@@ -70,8 +72,9 @@ pub(crate) fn angles(
     rate_hz: f64,
     screen_up: Option<&str>,
     notes: &mut Vec<String>,
+    doubts: &mut Vec<Doubt>,
 ) -> Result<Vec<AngleColumn>, Fault> {
-    let up = up(legs, screen_up, notes)?;
+    let up = up(legs, screen_up, notes, doubts)?;
     let forward = forward(legs, up, rate_hz, notes)?;
     let mut columns = Vec::new();
     for (leg, [hip, knee]) in legs.iter().zip([[Joint::LeftHip, Joint::LeftKnee], [Joint::RightHip, Joint::RightKnee]])
@@ -123,7 +126,12 @@ fn axis_name(axis: [f64; 3]) -> String {
 }
 
 /// The axis along which the hips are above the ankles.
-fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<String>) -> Result<[f64; 3], Fault> {
+fn up(
+    legs: &[Option<Leg<Track>>; 2],
+    screen_up: Option<&str>,
+    notes: &mut Vec<String>,
+    doubts: &mut Vec<Doubt>,
+) -> Result<[f64; 3], Fault> {
     let fault = || Fault::NoFrameOfReference {
         what: "the vertical",
         allowed: "hips above ankles along one axis of the laboratory, within 30 degrees",
@@ -139,6 +147,10 @@ fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<S
     }
     let mut up = [0.0; 3];
     up[largest] = rise[largest].signum();
+    let lean_deg = rise[largest].abs().min(1.0).acos().to_degrees();
+    if lean_deg > MOST_LEAN_DEG {
+        doubts.push(Doubt::Vertical { lean_deg });
+    }
     let name = axis_name(up);
     let screen = screen_up.map(|text| text.trim().to_uppercase()).filter(|text| !text.is_empty());
     notes.push(match screen {

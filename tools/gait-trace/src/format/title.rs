@@ -1,0 +1,127 @@
+//! What a line of text above a table says that the table holds: joint angles, another quantity, or nothing of both.
+
+use crate::format::stated;
+
+/// Words of joint angles.
+const ANGLES: [&str; 12] = [
+    "coordinates",
+    "coordinate",
+    "angle",
+    "angles",
+    "kinematics",
+    "ik",
+    "q",
+    "flexion",
+    "winkel",
+    "gelenkwinkel",
+    "angoli",
+    "ángulos",
+];
+/// Words that say nothing else, beside those.
+const BESIDE: [&str; 30] = [
+    "generalized", "generalised", "joint", "joints", "inverse", "result", "results", "motion", "data", "of", "the", "in",
+    "and", "from", "degrees", "deg", "radians", "rad", "hip", "hips", "knee", "knees", "trial", "subject", "walk",
+    "walking", "run", "running", "gait", "solution",
+];
+/// Words of other quantities that are in titles of tables, beside those of headings.
+const OTHER: [&str; 30] = [
+    "activation", "activations", "excitation", "excitations", "control", "controls", "error", "errors", "reaction", "reactions",
+    "load", "loads", "residual", "residuals", "reserve", "reserves", "actuation", "actuator", "actuators", "optimization",
+    "optimisation", "marker", "markers", "momentum", "jerk", "multipliers", "derivatives", "dudt", "udot", "speeds",
+];
+/// A line of more words is a sentence and no title.
+const MOST_WORDS: usize = 8;
+
+/// Whether a title says that the table holds joint angles: it has a word of them, and no other word but names with a number.
+pub(crate) fn says_angles(title: &str) -> bool {
+    let words = stated::words(title);
+    let is_angle = |word: &String| ANGLES.contains(&word.as_str());
+    let is_beside = |word: &String| BESIDE.contains(&word.as_str()) || word.contains(|c: char| c.is_ascii_digit());
+    words.iter().any(is_angle) && words.iter().all(|word| is_angle(word) || is_beside(word))
+}
+
+/// The first word of a title that names another quantity than an angle.
+pub(crate) fn other_quantity(title: &str) -> Option<String> {
+    let is_other = |word: &String| OTHER.contains(&word.as_str()) || stated::is_quantity(word);
+    stated::words(title).into_iter().find(is_other)
+}
+
+/// What a line of text above the header of a CSV file names instead of joint angles, in words: a title (`Joint moments`), or the value of a
+/// field of what is in the table (`Quantity: moment`, `Units,Nm`). Other fields, such as `Speed: 1.2 m/s`, describe the trial.
+pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
+    let filled: Vec<&str> = fields.iter().map(|field| field.as_ref().trim()).filter(|field| !field.is_empty()).collect();
+    let (key, value) = match filled.as_slice() {
+        [one] => match one.split_once([':', '=']) {
+            Some((key, value)) => (Some(key), value),
+            None => (None, *one),
+        },
+        [key, value] => (Some(key.trim_end_matches([':', '='])), *value),
+        _ => return None,
+    };
+    const KEYS: [&str; 14] = [
+        "quantity", "type", "data", "variable", "variables", "signal", "signals", "measure", "content", "contents", "title",
+        "parameter", "unit", "units",
+    ];
+    match key {
+        Some(key) if !stated::words(key).iter().any(|word| KEYS.contains(&word.as_str())) => return None,
+        Some(key) if stated::words(key).iter().any(|word| word.starts_with("unit")) && stated::is_other_unit(value) => return Some(format!("the unit `{}`", value.trim())),
+        _ => {}
+    }
+    let words = stated::words(value);
+    let says_angle = words.iter().any(|word| ANGLES.contains(&word.as_str()));
+    let other = other_quantity(value).filter(|_| !says_angle && words.len() <= MOST_WORDS);
+    other.map(|word| format!("the quantity `{word}`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_of_angles_have_words_of_angles_only() {
+        for title in [
+            "Coordinates", "inverse kinematics", "q", "Generalized coordinates", "Inverse Kinematics Results", "ik trial",
+            "joint angles", "IK", "subject01 Kinematics_q", "Joint angles in degrees",
+        ] {
+            assert!(says_angles(title), "{title}");
+        }
+        for title in [
+            "controls", "PositionErrors", "CoordinateErrors", "Kinematics_u", "Kinematics dudt", "Coordinate Accelerations",
+            "Static Optimization", "walk", "", "states", "Coordinates and forces", "angular velocity",
+        ] {
+            assert!(!says_angles(title), "{title}");
+        }
+    }
+
+    #[test]
+    fn titles_of_other_quantities_are_named() {
+        for (title, word) in [
+            ("controls", "controls"),
+            ("PositionErrors", "errors"),
+            ("Speeds", "speeds"),
+            ("Inverse Dynamics Generalized Forces", "forces"),
+            ("Static Optimization", "optimization"),
+            ("Joint Reaction Loads", "reaction"),
+            ("ActuatorPowers", "actuator"),
+            ("Torques", "torques"),
+        ] {
+            assert_eq!(other_quantity(title).as_deref(), Some(word), "{title}");
+        }
+        for title in ["Coordinates", "crouch1_gait", "subject01_walk1", "states", ""] {
+            assert_eq!(other_quantity(title), None, "{title}");
+        }
+    }
+
+    #[test]
+    fn lines_above_a_header_name_another_quantity_or_describe_the_trial() {
+        for line in [&["Joint moments"][..], &["Quantity: moment"], &["Units", "Nm"], &["Angular velocity of hips and knees", ""], &["Data: EMG"]] {
+            assert!(other_in_line(line).is_some(), "{line:?}");
+        }
+        for line in [
+            &["Patient: Max"][..], &["Speed: 1.2 m/s"], &["Walking speed", "1.2"], &["Units", "deg"], &["Joint angles, no forces"],
+            &["Rate", "100"], &["Force plates", "off", "2"], &["Trial 3"], &["Data: joint angles"],
+        ] {
+            assert_eq!(other_in_line(line), None, "{line:?}");
+        }
+    }
+}
