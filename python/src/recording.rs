@@ -388,6 +388,8 @@ pub(crate) fn read(
         knee_sign: None,
         hip_sign: None,
         stride_s: None,
+        mirror: false,
+        own_cycles: false,
         sideless: None,
     };
     py.detach(|| Recording::read(&path, &settings))
