@@ -433,9 +433,9 @@ impl fmt::Display for Finding {
             ) => f.write_str(
                 "; the sign was changed; `--knee-sign extension` confirms that, `--knee-sign flexion` keeps it",
             ),
-            (FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Shape, .. }), _) => f.write_str(
-                "; not changed; `--knee-sign flexion` confirms it, `--knee-sign extension` changes it",
-            ),
+            (FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Shape, .. }), _) => {
+                f.write_str("; not changed; `--knee-sign flexion` confirms it, `--knee-sign extension` changes it")
+            }
             (
                 FindingKind::HipSign(TakenHipSign { why: HipSignReason::Converted(SignBasis::Turned), .. }),
                 Done::Reported,
@@ -479,7 +479,9 @@ fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> f
         KneeSignReason::Range => write!(f, "too far for {opposite} of a knee)"),
         KneeSignReason::OtherKnee => write!(f, "one sign for both knees, and the other one shows it)"),
         KneeSignReason::Shape => write!(f, "by the shape of the strides, which is a guess)"),
-        KneeSignReason::Format(why) => write!(f, "{why}), although its angles or its shape are those of the other sign"),
+        KneeSignReason::Format(why) => {
+            write!(f, "{why}), although its angles or its shape are those of the other sign")
+        }
         KneeSignReason::Computed => write!(f, "computed from positions)"),
         KneeSignReason::Asked => write!(f, "as requested)"),
         KneeSignReason::AskedAgain(basis) => write!(f, "{})", asked_again(basis)),

@@ -99,6 +99,8 @@ impl SignSource {
 pub enum Doubt {
     /// The columns are angles: neither the title nor another column says so, only the unit.
     Quantity,
+    /// The columns are angles in this unit: no heading says that they are angles, and the values imply it.
+    Unit(AngleUnit),
     /// Flexion is this component of the angles, which moves most.
     Component(Axis),
     /// Flexion is the first component of the angles, although none clearly moves most.
@@ -115,6 +117,11 @@ impl fmt::Display for Doubt {
         match self {
             Self::Quantity => f.write_str(
                 "the columns are read as angles because the header gives their unit in degrees, but neither the title line nor another column says so; `--unit degrees` confirms it",
+            ),
+            Self::Unit(unit) => write!(
+                f,
+                "no heading says that the columns are angles, and they are read as {0} because of their values, which is a guess; `--unit {0}` confirms it",
+                unit.words()
             ),
             Self::Component(axis) => write!(
                 f,

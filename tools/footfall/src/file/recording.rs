@@ -188,6 +188,7 @@ impl Recorded {
                 | Fault::NoJoints { .. }
                 | Fault::NoTrajectories { .. }
                 | Fault::NotAngles { .. }
+                | Fault::TitleOfOther { .. }
                 | Fault::NoModelOutputs { .. }
         );
         other.then(|| error.to_string())

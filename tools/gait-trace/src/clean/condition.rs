@@ -263,12 +263,22 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what, done: Done::Smoothed { hz } });
     }
     if rules.own_cycles {
+        let refused = |why| ConditionError::NoOwnCycles { file: raw.file.clone(), why };
         if !clock.normalised_cycle {
-            return Err(ConditionError::OwnCyclesOfTime { file: raw.file.clone() });
+            return Err(refused("the time is not that of a cycle"));
         }
         let right = joints.iter_mut().skip(1).step_by(2).flatten();
         right.for_each(|x| *x = other_leg::half_a_cycle_later(x));
-        findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what: FindingKind::OwnCycles, done: Done::Reported });
+        if other_leg::in_phase(&joints).is_some() {
+            return Err(refused("the legs are half a cycle apart as they are"));
+        }
+        findings.push(Finding {
+            from_s: 0.0,
+            to_s: end_s,
+            joint: None,
+            what: FindingKind::OwnCycles,
+            done: Done::Reported,
+        });
     } else if clock.normalised_cycle
         && let Some(part) = other_leg::in_phase(&joints)
     {

@@ -3,8 +3,8 @@
 use crate::clean::anatomy::Impossible;
 use crate::clean::positive_direction::PositiveDirection;
 use crate::clean::resample::MAX_SAMPLES;
-use crate::clean::too_fast;
 use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF};
+use crate::clean::too_fast;
 use crate::recording::RecordingError;
 use joint_units::Joint;
 
@@ -275,14 +275,20 @@ pub enum ConditionError {
         /// The joints that show it.
         part: &'static str,
     },
-    /// The legs of a recording in seconds are to be moved.
-    #[error("{file}: `--own-cycles` is for curves of one cycle, and the time is not that of one; allowed is without it")]
-    OwnCyclesOfTime {
+    /// The right leg is to be moved, and should not be.
+    #[error(
+        "{file}: `--own-cycles` is for curves of one cycle in which each leg counts from its own contact, but {why}; allowed is without it"
+    )]
+    NoOwnCycles {
         /// The file.
         file: String,
+        /// Why.
+        why: &'static str,
     },
     /// The missing leg cannot be made from the other one.
-    #[error("{file}: `--mirror`: {why}; allowed is a recording of hip or knee of one leg that repeats, or without `--mirror`")]
+    #[error(
+        "{file}: `--mirror`: {why}; allowed is a recording of hip or knee of one leg that repeats, or without `--mirror`"
+    )]
     NoMirror {
         /// The file.
         file: String,

@@ -256,7 +256,12 @@ mod tests {
             decided.map(|decided| decided.map(|one| one.map(|one| one.sign)))
         };
         let turned = |(least, most): (f64, f64)| (-most, -least);
-        for (left, right) in [((-27.0, 14.0), (-3.0, 60.0)), ((-45.0, 10.0), (-2.0, 62.0)), ((-1.0, 3.0), (0.0, 58.0)), ((1.0, 2.0), (5.0, 30.0))] {
+        for (left, right) in [
+            ((-27.0, 14.0), (-3.0, 60.0)),
+            ((-45.0, 10.0), (-2.0, 62.0)),
+            ((-1.0, 3.0), (0.0, 58.0)),
+            ((1.0, 2.0), (5.0, 30.0)),
+        ] {
             assert_eq!(of(left, right).unwrap(), [Some(Flexion); 2], "{left:?} {right:?}");
             assert_eq!(of(turned(left), turned(right)).unwrap(), [Some(Extension); 2], "{left:?} {right:?}");
         }
@@ -265,7 +270,8 @@ mod tests {
         // Where the format defines the sign, nothing changes it.
         for (least, most) in [(-27.0, 14.0), (-45.0, 10.0), (-3.0, 0.0), (-30.0, -5.0)] {
             let one = knee(least, most);
-            let decided = decide([Some(&one), Some(&one)], None, [SignSource::Format("by definition of a test"); 2]).unwrap();
+            let decided =
+                decide([Some(&one), Some(&one)], None, [SignSource::Format("by definition of a test"); 2]).unwrap();
             assert!(decided.iter().flatten().all(|one| one.sign == Flexion && one.basis() == SignBasis::Known));
         }
     }

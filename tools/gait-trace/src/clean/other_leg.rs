@@ -55,7 +55,9 @@ pub(crate) fn mirror(
     if has(0) && has(1) {
         return Err("the recording has joints of both legs");
     }
-    let half = half.filter(|half| *half > 0 && 2 * half < unusable.len()).ok_or("no stride repeats in the leg that is there")?;
+    let half = half
+        .filter(|half| *half > 0 && 2 * half < unusable.len())
+        .ok_or("no stride repeats in the leg that is there")?;
     let samples = unusable.len();
     let seam = samples - half;
     let source = |n: usize| if n < seam { n + half } else { n - half };
@@ -80,7 +82,9 @@ mod tests {
 
     #[test]
     fn a_mirrored_leg_is_half_a_stride_apart_and_does_not_jump() {
-        let hip = |n: usize| 20.0 * (TAU * n as f64 / 110.0).cos() + 5.0 * (2.0 * TAU * n as f64 / 110.0 + 1.0).cos() + 0.01 * n as f64;
+        let hip = |n: usize| {
+            20.0 * (TAU * n as f64 / 110.0).cos() + 5.0 * (2.0 * TAU * n as f64 / 110.0 + 1.0).cos() + 0.01 * n as f64
+        };
         let mut joints = [None, Some((0..400).map(hip).collect()), None, None];
         let mut unusable = vec![false; 400];
         unusable[70] = true;

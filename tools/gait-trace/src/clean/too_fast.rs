@@ -33,7 +33,8 @@ pub(crate) fn check(
         if deg_s > MOST_DEG_S {
             let is_gait = |factor: f64| (LEAST_DEG_S..MOST_DEG_S).contains(&(deg_s / factor));
             let units = [(60.0, "minutes"), (1000.0, "seconds, under a heading of milliseconds"), (3600.0, "hours")];
-            let likely = units.into_iter().find(|(factor, _)| is_gait(*factor)).map_or("another unit", |(_, unit)| unit);
+            let likely =
+                units.into_iter().find(|(factor, _)| is_gait(*factor)).map_or("another unit", |(_, unit)| unit);
             return Err(ConditionError::TooFast { file: raw.file.clone(), joint, deg_s, duration_s, likely });
         }
     }

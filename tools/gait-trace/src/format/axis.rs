@@ -48,7 +48,7 @@ pub(crate) fn of_flexion(
         return Ok(Axis::X);
     }
     doubts.push(axis.map_or(Doubt::NoComponent, Doubt::Component));
-    notes.push(format!("Of the components of the angles, {moves}."));
+    notes.push(format!("The knees, or the hips where there are none: {moves}."));
     Ok(axis.unwrap_or(Axis::X))
 }
 
@@ -147,7 +147,9 @@ mod tests {
     /// A knee that bends by 2 degrees may rotate by 20 or 30; by 60 it does not, and what bends by 30 may rotate by as much.
     #[test]
     fn plug_in_gait_has_flexion_first_whatever_moves() {
-        for (x, other, is_x) in [(60.0, 15.0, true), (2.0, 20.0, true), (6.0, 38.0, true), (20.0, 45.0, true), (4.0, 60.0, false)] {
+        for (x, other, is_x) in
+            [(60.0, 15.0, true), (2.0, 20.0, true), (6.0, 38.0, true), (20.0, 45.0, true), (4.0, 60.0, false)]
+        {
             for axis in [Axis::Y, Axis::Z] {
                 let mut track = moving(axis, other / 2.0);
                 for (n, point) in track.iter_mut().enumerate() {
@@ -168,6 +170,10 @@ mod tests {
     #[test]
     fn names_of_plug_in_gait_are_recognised() {
         assert!(["LKneeAngles", "Anna:RHipAngles", "rkneeangles"].into_iter().all(is_plug_in_gait));
-        assert!(["LKneeAngle", "L_Knee_Angles", "LKneeMoment", "LAnkleAngles"].into_iter().all(|name| !is_plug_in_gait(name)));
+        assert!(
+            ["LKneeAngle", "L_Knee_Angles", "LKneeMoment", "LAnkleAngles"]
+                .into_iter()
+                .all(|name| !is_plug_in_gait(name))
+        );
     }
 }

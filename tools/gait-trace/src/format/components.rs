@@ -151,7 +151,7 @@ fn split_unit(heading: &str) -> (&str, &str) {
 }
 
 /// Whether a heading says that its column is an angle.
-pub(super) fn says_angle(heading: &str) -> bool {
+pub(crate) fn says_angle(heading: &str) -> bool {
     // A text of any length is no heading.
     let words = if heading.len() <= MAX_HEADING { stated::words(heading) } else { vec![] };
     heading.contains(SIGNS_OF_DEGREES)

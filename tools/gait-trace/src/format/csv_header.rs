@@ -314,7 +314,8 @@ fn time_source(
         None => {
             // A time goes before the part of a cycle beside it.
             let has_time = (0..headings.len()).any(|index| is_time(&index) && !is_share(&headings[index]));
-            let mut times = (0..headings.len()).filter(is_time).filter(|&index| !has_time || !is_share(&headings[index]));
+            let mut times =
+                (0..headings.len()).filter(is_time).filter(|&index| !has_time || !is_share(&headings[index]));
             let time = times.next();
             if let (Some(time), Some(other)) = (time, times.next()) {
                 let (first, second) = (short(&headings[time]), short(&headings[other]));

@@ -55,7 +55,8 @@ pub(crate) fn settle(
                 .collect();
             let with_components = || chosen.iter().filter(|c| c.triple.is_some());
             let is_plug_in_gait = with_components().all(|c| axis::is_plug_in_gait(&components::parts(&c.heading).0));
-            axis::clear(&points, is_plug_in_gait, notes, doubts).map_err(|why| (first, Fault::UnclearFlexion { columns, why }))?
+            axis::clear(&points, is_plug_in_gait, notes, doubts)
+                .map_err(|why| (first, Fault::UnclearFlexion { columns, why }))?
         }
     };
     for one in chosen.iter_mut().filter(|_| axis != Axis::X) {

@@ -10,7 +10,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::description::{Description, DEFINED};
+use crate::format::description::{DEFINED, Description};
 use crate::format::joint_names::{joint_of, sideless_of};
 use crate::format::outputs::{self, Output};
 use crate::format::row_lines::RowLines;
@@ -29,7 +29,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: DEFINED,
     rate: "none: a cycle from 0 to 1 (see below)",
     said: "the cycle, and its stride time in the file; by how much the right leg is moved to the cycle of the left one; deviations, which are not read; the leg, where no side is named; degrees or radians by the values",
-    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// The part of the left cycle at which the right foot makes contact, where the file has none.

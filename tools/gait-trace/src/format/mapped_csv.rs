@@ -23,7 +23,7 @@ use crate::format::axis;
 use crate::format::components::{self, Triple};
 use crate::format::conversion_record::Record;
 use crate::format::csv_header::{Chosen, Header, TimeSource};
-use crate::format::description::{Description, SIGNS};
+use crate::format::description::Description;
 use crate::format::extension_columns;
 use crate::format::flexion_component;
 use crate::format::plain_row::PlainRow;
@@ -39,7 +39,7 @@ use crate::format::time_names::{is_share, is_time_like};
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
 use crate::options::ReadOptions;
-use crate::raw::{RawJoints, SignSource};
+use crate::raw::{Doubt, RawJoints, SignSource, UnitSource};
 use crate::series::upper_median;
 use std::borrow::Cow;
 
@@ -48,10 +48,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "CSV of any program, with the project's own, Saleae and PicoScope (`.csv`, `.txt`, `.tsv`)",
     recognised: "text that is none of the other formats; commas, semicolons or tabs, or blanks between rows of numbers without a header",
     units: "a heading's end (`_deg`, `[rad]`, `(mV)`, `PA1`) or a row of units below it; volts need a calibration",
-    axes: "one column a joint; of components (`LKneeAngles_X`, `LKneeAngles_Y`, `LKneeAngles_Z`) the one that clearly moves most at the knees, the same for all joints",
-    signs: SIGNS,
-    rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`, which also replaces times that agree with it",
-    said: "the axis, where angles have components; degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
+    axes: "one column a joint; of the components of Plug-in Gait (`LKneeAngles_X`, `LKneeAngles_Y`, ...) the first; of others (`left_knee_angle_x`, ...) the one that clearly moves most at the knees, with a warning, the same for all joints",
+    signs: "of the first component of `LKneeAngles`, ... flexion positive; else the file's, then made flexion positive (see below)",
+    rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames, or the part of a cycle (`pct`, `gait_cycle_percent`); none with `--rate`, which also replaces times that agree with it",
+    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
     options: &[
         "--map",
         "--where",
@@ -61,6 +61,8 @@ pub(crate) const DESCRIPTION: Description = Description {
         "--rate",
         "--hip-sign",
         "--knee-sign",
+        "--mirror",
+        "--own-cycles",
         "--stride-time",
     ],
 };
@@ -317,7 +319,18 @@ impl Rows for Table {
 
     fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self {
-            name, mut header, header_line, delimiter, marks, cut, record, empty, mut time_s, row_lines, mut notes, ..
+            name,
+            mut header,
+            header_line,
+            delimiter,
+            marks,
+            cut,
+            record,
+            empty,
+            mut time_s,
+            row_lines,
+            mut notes,
+            ..
         } = self;
         let name = name.as_str();
         marks.check(name, header_line, &time_s, &mut notes)?;
@@ -331,7 +344,9 @@ impl Rows for Table {
             notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
         }
         if let (rows @ 1.., line) = empty {
-            notes.push(format!("{rows} rows have nothing between their separators, the first in line {line}: they are left out."));
+            notes.push(format!(
+                "{rows} rows have nothing between their separators, the first in line {line}: they are left out."
+            ));
         }
         if let TimeSource::Column { index, power } = header.time {
             let heading = &header.headings[index];
@@ -353,6 +368,11 @@ impl Rows for Table {
             AngleColumn { joint, heading, index, said, sign, values }
         };
         let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
+        let unsaid = joints.iter().flatten().find_map(|joint| match joint.unit {
+            UnitSource::Inferred(unit) if !components::says_angle(&joint.column) => Some(Doubt::Unit(unit)),
+            _ => None,
+        });
+        doubts.extend(unsaid);
         let count = joints.iter().flatten().count();
         let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());
         Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts })

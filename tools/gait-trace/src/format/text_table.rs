@@ -385,10 +385,13 @@ pub(crate) fn is_missing(field: &str) -> bool {
 fn is_missing_of_a_program(field: &str) -> bool {
     const SPREADSHEET: [&str; 7] = ["#n/a", "#div/0!", "#value!", "#num!", "#ref!", "#null!", "#name?"];
     let unsigned = field.strip_prefix(['-', '+']).unwrap_or(field);
-    let nan = unsigned.strip_prefix("nan").map(|rest| rest.is_empty() || (rest.starts_with('(') && rest.ends_with(')')));
-    let of_msvc = unsigned.strip_prefix("1.#").map(|rest| ["ind", "qnan", "snan", "nan"].iter().any(|word| {
-        rest.strip_prefix(word).is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))
-    }));
+    let nan =
+        unsigned.strip_prefix("nan").map(|rest| rest.is_empty() || (rest.starts_with('(') && rest.ends_with(')')));
+    let of_msvc = unsigned.strip_prefix("1.#").map(|rest| {
+        ["ind", "qnan", "snan", "nan"]
+            .iter()
+            .any(|word| rest.strip_prefix(word).is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit())))
+    });
     SPREADSHEET.contains(&field) || nan.or(of_msvc).unwrap_or(false)
 }
 
@@ -496,7 +499,18 @@ mod tests {
     fn missing_numbers_differ_from_wrong_ones() {
         assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
         let words = [
-            "NA", "#N/A", "null", "∞", "-NaN", "-nan(ind)", "NaN(snan)", "-1.#IND", "1.#QNAN", "-1.#IND00", "1.#SNAN0", "#DIV/0!",
+            "NA",
+            "#N/A",
+            "null",
+            "∞",
+            "-NaN",
+            "-nan(ind)",
+            "NaN(snan)",
+            "-1.#IND",
+            "1.#QNAN",
+            "-1.#IND00",
+            "1.#SNAN0",
+            "#DIV/0!",
         ];
         assert!(words.iter().all(|word| number_or_missing(word, false).unwrap().is_nan()));
         for word in ["1.#", "1.#INDX", "nano", "nan(", "#", "-", "-1.#"] {

@@ -116,12 +116,27 @@ mod tests {
             assert_eq!(time_of(name), unit, "{name}");
         }
         for name in [
-            "pct", "percent", "gait_cycle_percent", "gait_cycle_%", "% gait cycle", "Gait Cycle [%]", "%", "pct_gait_cycle",
-            "GaitCyclePercent", "percent_stride", "stride %", "cycle_fraction", "cycle", "Cycle%", "normalized_time",
+            "pct",
+            "percent",
+            "gait_cycle_percent",
+            "gait_cycle_%",
+            "% gait cycle",
+            "Gait Cycle [%]",
+            "%",
+            "pct_gait_cycle",
+            "GaitCyclePercent",
+            "percent_stride",
+            "stride %",
+            "cycle_fraction",
+            "cycle",
+            "Cycle%",
+            "normalized_time",
         ] {
             assert!(is_share(name) && time_of(name) == Some(None), "{name}");
         }
-        for name in ["stride", "gait", "knee %", "percent_grade", "duty cycle", "% time", "cycle_no", "time", "phase", "x", ""] {
+        for name in
+            ["stride", "gait", "knee %", "percent_grade", "duty cycle", "% time", "cycle_no", "time", "phase", "x", ""]
+        {
             assert!(!is_share(name), "{name}");
         }
         for (name, unit) in [

@@ -19,15 +19,69 @@ const ANGLES: [&str; 12] = [
 ];
 /// Words that say nothing else, beside those.
 const BESIDE: [&str; 30] = [
-    "generalized", "generalised", "joint", "joints", "inverse", "result", "results", "motion", "data", "of", "the", "in",
-    "and", "from", "degrees", "deg", "radians", "rad", "hip", "hips", "knee", "knees", "trial", "subject", "walk",
-    "walking", "run", "running", "gait", "solution",
+    "generalized",
+    "generalised",
+    "joint",
+    "joints",
+    "inverse",
+    "result",
+    "results",
+    "motion",
+    "data",
+    "of",
+    "the",
+    "in",
+    "and",
+    "from",
+    "degrees",
+    "deg",
+    "radians",
+    "rad",
+    "hip",
+    "hips",
+    "knee",
+    "knees",
+    "trial",
+    "subject",
+    "walk",
+    "walking",
+    "run",
+    "running",
+    "gait",
+    "solution",
 ];
 /// Words of other quantities that are in titles of tables, beside those of headings.
 const OTHER: [&str; 30] = [
-    "activation", "activations", "excitation", "excitations", "control", "controls", "error", "errors", "reaction", "reactions",
-    "load", "loads", "residual", "residuals", "reserve", "reserves", "actuation", "actuator", "actuators", "optimization",
-    "optimisation", "marker", "markers", "momentum", "jerk", "multipliers", "derivatives", "dudt", "udot", "speeds",
+    "activation",
+    "activations",
+    "excitation",
+    "excitations",
+    "control",
+    "controls",
+    "error",
+    "errors",
+    "reaction",
+    "reactions",
+    "load",
+    "loads",
+    "residual",
+    "residuals",
+    "reserve",
+    "reserves",
+    "actuation",
+    "actuator",
+    "actuators",
+    "optimization",
+    "optimisation",
+    "marker",
+    "markers",
+    "momentum",
+    "jerk",
+    "multipliers",
+    "derivatives",
+    "dudt",
+    "udot",
+    "speeds",
 ];
 /// A line of more words is a sentence and no title.
 const MOST_WORDS: usize = 8;
@@ -49,7 +103,8 @@ pub(crate) fn other_quantity(title: &str) -> Option<String> {
 /// What a line of text above the header of a CSV file names instead of joint angles, in words: a title (`Joint moments`), or the value of a
 /// field of what is in the table (`Quantity: moment`, `Units,Nm`). Other fields, such as `Speed: 1.2 m/s`, describe the trial.
 pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
-    let filled: Vec<&str> = fields.iter().map(|field| field.as_ref().trim()).filter(|field| !field.is_empty()).collect();
+    let filled: Vec<&str> =
+        fields.iter().map(|field| field.as_ref().trim()).filter(|field| !field.is_empty()).collect();
     let (key, value) = match filled.as_slice() {
         [one] => match one.split_once([':', '=']) {
             Some((key, value)) => (Some(key), value),
@@ -59,12 +114,26 @@ pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
         _ => return None,
     };
     const KEYS: [&str; 14] = [
-        "quantity", "type", "data", "variable", "variables", "signal", "signals", "measure", "content", "contents", "title",
-        "parameter", "unit", "units",
+        "quantity",
+        "type",
+        "data",
+        "variable",
+        "variables",
+        "signal",
+        "signals",
+        "measure",
+        "content",
+        "contents",
+        "title",
+        "parameter",
+        "unit",
+        "units",
     ];
     match key {
         Some(key) if !stated::words(key).iter().any(|word| KEYS.contains(&word.as_str())) => return None,
-        Some(key) if stated::words(key).iter().any(|word| word.starts_with("unit")) && stated::is_other_unit(value) => return Some(format!("the unit `{}`", value.trim())),
+        Some(key) if stated::words(key).iter().any(|word| word.starts_with("unit")) && stated::is_other_unit(value) => {
+            return Some(format!("the unit `{}`", value.trim()));
+        }
         _ => {}
     }
     let words = stated::words(value);
@@ -80,14 +149,32 @@ mod tests {
     #[test]
     fn titles_of_angles_have_words_of_angles_only() {
         for title in [
-            "Coordinates", "inverse kinematics", "q", "Generalized coordinates", "Inverse Kinematics Results", "ik trial",
-            "joint angles", "IK", "subject01 Kinematics_q", "Joint angles in degrees",
+            "Coordinates",
+            "inverse kinematics",
+            "q",
+            "Generalized coordinates",
+            "Inverse Kinematics Results",
+            "ik trial",
+            "joint angles",
+            "IK",
+            "subject01 Kinematics_q",
+            "Joint angles in degrees",
         ] {
             assert!(says_angles(title), "{title}");
         }
         for title in [
-            "controls", "PositionErrors", "CoordinateErrors", "Kinematics_u", "Kinematics dudt", "Coordinate Accelerations",
-            "Static Optimization", "walk", "", "states", "Coordinates and forces", "angular velocity",
+            "controls",
+            "PositionErrors",
+            "CoordinateErrors",
+            "Kinematics_u",
+            "Kinematics dudt",
+            "Coordinate Accelerations",
+            "Static Optimization",
+            "walk",
+            "",
+            "states",
+            "Coordinates and forces",
+            "angular velocity",
         ] {
             assert!(!says_angles(title), "{title}");
         }
@@ -114,12 +201,25 @@ mod tests {
 
     #[test]
     fn lines_above_a_header_name_another_quantity_or_describe_the_trial() {
-        for line in [&["Joint moments"][..], &["Quantity: moment"], &["Units", "Nm"], &["Angular velocity of hips and knees", ""], &["Data: EMG"]] {
+        for line in [
+            &["Joint moments"][..],
+            &["Quantity: moment"],
+            &["Units", "Nm"],
+            &["Angular velocity of hips and knees", ""],
+            &["Data: EMG"],
+        ] {
             assert!(other_in_line(line).is_some(), "{line:?}");
         }
         for line in [
-            &["Patient: Max"][..], &["Speed: 1.2 m/s"], &["Walking speed", "1.2"], &["Units", "deg"], &["Joint angles, no forces"],
-            &["Rate", "100"], &["Force plates", "off", "2"], &["Trial 3"], &["Data: joint angles"],
+            &["Patient: Max"][..],
+            &["Speed: 1.2 m/s"],
+            &["Walking speed", "1.2"],
+            &["Units", "deg"],
+            &["Joint angles, no forces"],
+            &["Rate", "100"],
+            &["Force plates", "off", "2"],
+            &["Trial 3"],
+            &["Data: joint angles"],
         ] {
             assert_eq!(other_in_line(line), None, "{line:?}");
         }

@@ -29,7 +29,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: "flexion positive, as computed (see below)",
     rate: "the second column, `Time` or `Times`, in seconds; `--rate` replaces times that agree with it",
     said: "up and forward; hips computed from the pelvis, and markers that stand for joint centres; the unit of length by the width of the pelvis, where the file names none; numbers of frames or markers in the header that differ from the file",
-    options: &["--rate", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--rate", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Whether the text begins like a TRC file.
@@ -196,14 +196,27 @@ impl Rows for Table {
 
     fn finish(self, _ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self {
-            name, names_line, markers, frames, unit, mut tracks, short, cut, mut time_s, row_lines, mut notes, ..
+            name,
+            names_line,
+            markers,
+            frames,
+            unit,
+            mut tracks,
+            short,
+            cut,
+            mut time_s,
+            row_lines,
+            mut notes,
+            ..
         } = self;
         let name = name.as_str();
         if let Some(line) = cut {
             notes.push(format!("The last row is cut short (line {line}): it is left out."));
         }
         if let (rows @ 1.., line) = short {
-            notes.push(format!("{rows} rows end before their last marker, the first in line {line}: those markers are missing there."));
+            notes.push(format!(
+                "{rows} rows end before their last marker, the first in line {line}: those markers are missing there."
+            ));
         }
         if time_s.len() < 2 {
             let last = row_lines.last().unwrap_or(names_line);

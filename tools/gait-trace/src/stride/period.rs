@@ -188,7 +188,9 @@ mod tests {
         let left_knee = of("left_knee", &knee, 0.0);
         let channels = match is_alone {
             true => vec![left_knee],
-            false => vec![of("left_hip", &hip, 0.0), of("right_hip", &hip, 0.5), left_knee, of("right_knee", &knee, 0.5)],
+            false => {
+                vec![of("left_hip", &hip, 0.0), of("right_hip", &hip, 0.5), left_knee, of("right_knee", &knee, 0.5)]
+            }
         };
         Recording::build(times, channels).unwrap()
     }

@@ -65,7 +65,8 @@ pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Found, Failure
 fn shorten_names(all: &mut [Recording]) {
     for recording in all.iter_mut().filter(|recording| recording.name.len() > MOST_NAME) {
         let (stem, extension) = recording.name.rsplit_once('.').unwrap_or((&recording.name, ""));
-        let (stem, extension) = (&stem[..stem.floor_char_boundary(SHORT_NAME)], &extension[..extension.floor_char_boundary(8)]);
+        let (stem, extension) =
+            (&stem[..stem.floor_char_boundary(SHORT_NAME)], &extension[..extension.floor_char_boundary(8)]);
         let name = format!("{stem}~{}.{extension}", &sha256(recording.name.as_bytes())[..8]);
         messages::note(format_args!(
             "{} is called {name}: its name is too long for a file of results",

@@ -39,7 +39,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: "flexion positive of the first component of `LHipAngles`, `LKneeAngles`, ... and of what is computed; else the file's, then made flexion positive (see below)",
     rate: "`POINT:RATE`, else the frame rate of the header; a difference is a note",
     said: "the axis; up and forward, hips computed from the pelvis, and markers that stand for joint centres, where angles are computed; the unit of length by the width of the pelvis, where the file names none; degrees or radians by the values, where the file names no unit; header and parameters that differ",
-    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Whether the bytes begin like a C3D file and are not text.

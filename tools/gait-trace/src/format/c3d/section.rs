@@ -301,7 +301,12 @@ impl Layout {
 
     /// The number of frames of a file that announces the most that a word can hold and has data for more, as some programs write a long
     /// recording; else that which is announced. Bytes of 0 behind the last frame fill up a block.
-    fn beyond_the_word((announced, last): (usize, u16), data: &[u8], frame_bytes: usize, notes: &mut Vec<String>) -> usize {
+    fn beyond_the_word(
+        (announced, last): (usize, u16),
+        data: &[u8],
+        frame_bytes: usize,
+        notes: &mut Vec<String>,
+    ) -> usize {
         let filled = data.len() - data.iter().rev().take(BLOCK).take_while(|byte| **byte == 0).count();
         // The last numbers of a frame may be 0 themselves.
         let there = filled.div_ceil(frame_bytes).min(data.len() / frame_bytes);

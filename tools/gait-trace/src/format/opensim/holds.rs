@@ -65,9 +65,7 @@ impl Holds {
     }
 
     fn has_height(&self) -> bool {
-        self.height.is_some_and(|(_, least, most)| {
-            least >= HEIGHT_M.0 && most <= HEIGHT_M.1 && least > STEADY * most
-        })
+        self.height.is_some_and(|(_, least, most)| least >= HEIGHT_M.0 && most <= HEIGHT_M.1 && least > STEADY * most)
     }
 
     /// What the title names instead of angles, as an error, unless it is that of a trial and something else may say angles.
@@ -91,7 +89,12 @@ impl Holds {
     ///
     /// # Errors
     /// The title names another quantity, or nothing says that the columns are angles.
-    pub(super) fn angles(&self, file: &str, unit: Option<AngleUnit>, how: &ReadOptions<'_>) -> Result<Option<Doubt>, TraceError> {
+    pub(super) fn angles(
+        &self,
+        file: &str,
+        unit: Option<AngleUnit>,
+        how: &ReadOptions<'_>,
+    ) -> Result<Option<Doubt>, TraceError> {
         let (line, title) = self.title.as_ref().map_or((1, ""), |(line, title)| (*line, title.as_str()));
         let refused = |what| Err(TraceError::new(file, Some(line), Fault::NotAngles { what }));
         let by_others = self.by_columns || self.has_height();
@@ -101,8 +104,13 @@ impl Holds {
         }
         match unit {
             Some(AngleUnit::Degrees) => Ok(Some(Doubt::Quantity)),
-            _ if title.is_empty() => refused("the file has no title line, and nothing else says that it holds joint angles".into()),
-            _ => refused(format!("neither the title line `{}` nor anything else says that the file holds joint angles", short(title))),
+            _ if title.is_empty() => {
+                refused("the file has no title line, and nothing else says that it holds joint angles".into())
+            }
+            _ => refused(format!(
+                "neither the title line `{}` nor anything else says that the file holds joint angles",
+                short(title)
+            )),
         }
     }
 }

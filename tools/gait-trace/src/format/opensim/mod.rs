@@ -46,7 +46,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: "of `hip_flexion` flexion positive, by its name; of knees that of the model, which the file does not name: one for both (see below)",
     rate: "the column `time`, in seconds; `--rate` replaces times that agree with it",
     said: "angles, where only `inDegrees=yes` speaks for them, with a warning; numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
-    options: &["--map", "--unit", "--rate", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--rate", "--hip-sign", "--knee-sign", "--mirror", "--own-cycles", "--stride-time"],
 };
 
 /// Whether the text has the line that ends a header.
@@ -195,7 +195,18 @@ impl Rows for Table {
 
     fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self {
-            name, header, names_line, delimiter, labels, time, said, columns, holds, mut time_s, row_lines, mut notes
+            name,
+            header,
+            names_line,
+            delimiter,
+            labels,
+            time,
+            said,
+            columns,
+            holds,
+            mut time_s,
+            row_lines,
+            mut notes,
         } = self;
         let name = name.as_str();
         let doubts: Vec<Doubt> = holds.angles(name, said, how)?.into_iter().collect();
@@ -268,8 +279,11 @@ fn chosen(
             let heading = labels[index].clone();
             // Models differ in the sign of a knee, but not in that of the coordinate `hip_flexion`.
             let is_hip_flexion = heading.to_ascii_lowercase().contains("hip_flexion");
-            let by_name =
-                if is_hip_flexion { SignSource::Format("by the name `hip_flexion` of OpenSim") } else { SignSource::Model };
+            let by_name = if is_hip_flexion {
+                SignSource::Format("by the name `hip_flexion` of OpenSim")
+            } else {
+                SignSource::Model
+            };
             // A conversion has this name too where the sign was assumed.
             let sign = record.map_or(by_name, |record| record.sign_of(&heading));
             columns.push(AngleColumn { joint, heading, index, said: Said::angle(said), sign, values: Vec::new() });

@@ -47,7 +47,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns, or start and increment in the header",
     said: "values outside of the calibration table are missing; a number of rows or a sample interval in the header that differs from the rows; seconds and volts below `x_axis,channel_1`",
-    options: &["--map", "--calibration", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--calibration", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Reads the bytes of an export.

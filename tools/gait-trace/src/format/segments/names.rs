@@ -174,7 +174,8 @@ pub(crate) fn find_seen(labels: &mut [&str], is_empty: impl Fn(usize) -> bool, n
     let mut empty: Vec<&str> = Vec::new();
     loop {
         let legs = find(labels);
-        let mut points: Vec<usize> = legs.iter().flatten().flat_map(Leg::points).filter(|&point| is_empty(point)).collect();
+        let mut points: Vec<usize> =
+            legs.iter().flatten().flat_map(Leg::points).filter(|&point| is_empty(point)).collect();
         points.sort_unstable();
         points.dedup();
         if points.is_empty() {
@@ -194,9 +195,8 @@ pub(crate) fn candidates(labels: &[&str]) -> Vec<usize> {
     let names: Vec<&str> = of_joints.chain([ANTERIOR, POSTERIOR]).flatten().copied().flatten().copied().collect();
     let is_of_leg = |label: &&str| {
         let plain = plain(label);
-        let of_side = |&(side, word): &(&str, &str)| {
-            names.iter().any(|name| called((side, word), name).contains(&plain))
-        };
+        let of_side =
+            |&(side, word): &(&str, &str)| names.iter().any(|name| called((side, word), name).contains(&plain));
         SIDES.iter().any(of_side) || SACRUM.contains(&plain.as_str())
     };
     (0..labels.len()).filter(|&point| is_of_leg(&labels[point])).collect()

@@ -31,10 +31,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a first line `Model Outputs`, or the title of another section (`Devices`, `Joints`, `Trajectories`, ...) above a rate",
     units: "the row of units",
     axes: "`LHipAngles`, `RKneeAngles`, ... of one subject: component X, as Plug-in Gait defines it",
-    signs: "of component X of `LHipAngles` flexion positive, as Plug-in Gait defines it; of knees the file's, then made flexion positive (see below)",
+    signs: "of component X of `LHipAngles`, `LKneeAngles`, ... flexion positive, as Plug-in Gait defines it",
     rate: "`Frame` and `Sub Frame`, by the rate below the section's title; frame 1 is at time 0",
     said: "the axis; sections that are not read; sub frames; degrees or radians by the values, where the row of units is empty",
-    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Largest number of a frame or of a sub frame.

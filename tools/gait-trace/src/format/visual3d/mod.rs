@@ -31,11 +31,21 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "Visual3D text export (`.txt`)",
     recognised: "tabs; a third line of signal types (`LINK_MODEL_BASED`, ...), or a fifth line that begins with `ITEM`",
     units: "by the values",
-    axes: "signals `Left Hip Angle`, `RKneeAngles`, ... of one recording, of type `LINK_MODEL_BASED` or `DERIVED`: the component that moves most at the knees, else X",
+    axes: "signals `Left Hip Angle`, `RKneeAngles`, ... of one recording, of type `LINK_MODEL_BASED` or `DERIVED`: the component that moves most at the knees, else X, with a warning",
     signs: SIGNS,
     rate: "the signal `TIME`, in seconds (`--rate` replaces times that agree with it); without it `ITEM`, with `--rate`; of a cycle normalised to 101 points `--rate 100` with `--stride-time`",
     said: "the axis; degrees or radians by the values; decimal commas; rows below the end of the recording",
-    options: &["--map", "--unit", "--axis", "--rate", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &[
+        "--map",
+        "--unit",
+        "--axis",
+        "--rate",
+        "--hip-sign",
+        "--knee-sign",
+        "--mirror",
+        "--own-cycles",
+        "--stride-time",
+    ],
 };
 
 /// Whether the text begins like a Visual3D file.
