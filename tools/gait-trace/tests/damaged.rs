@@ -569,7 +569,7 @@ fn trc_files() {
             damage(
                 "cut within a row",
                 "a.trc",
-                good[..good.len() - 30].to_owned(),
+                good[..good.len() - 30].to_owned() + "\n",
                 &["a.trc:380: ", "fields; allowed are 20"],
             ),
             damage(

@@ -324,10 +324,9 @@ fn a_sign_of_knees_by_their_shape_alone_is_a_guess() {
             2,
             "{said:?}"
         );
-        for named in PositiveDirection::ALL {
-            let done = condition(&raw, &Rules { knee_sign: Some(named), ..Rules::default() });
-            assert!(done.is_err() || warnings(&done.unwrap()).is_empty());
-        }
+        let right = if sign > 0.0 { PositiveDirection::Flexion } else { PositiveDirection::Extension };
+        let done = condition(&raw, &Rules { knee_sign: Some(right), ..Rules::default() }).unwrap();
+        assert_eq!(warnings(&done), [""; 0]);
     }
 }
 
@@ -379,10 +378,9 @@ fn percent_columns_have_many_names() {
         assert!((done.recording.duration_s() - 1.1).abs() < 1e-9, "{heading}");
     }
     // Beside a time it is only a column.
-    let beside =
-        csv("", HEADER).replace("time_s,", "time_s,percent_gait_cycle,").replace('\n', "\n").lines().enumerate();
-    let beside: String =
-        beside.map(|(n, row)| if n == 0 { format!("{row}\n") } else { row.replacen(',', ",7,", 1) + "\n" }).collect();
+    let text = csv("", HEADER).replace("time_s,", "time_s,percent_gait_cycle,");
+    let row = |(n, row): (usize, &str)| if n == 0 { row.to_owned() } else { row.replacen(',', ",7,", 1) };
+    let beside: String = text.lines().enumerate().map(|line| row(line) + "\n").collect();
     assert_eq!(read("a.csv", beside.as_bytes()).unwrap().time_s.len(), 400);
 }
 

@@ -267,7 +267,7 @@ pub enum ConditionError {
     },
     /// The legs of a cycle are in phase.
     #[error(
-        "{file}: the curves of one cycle have left and right {part} in phase, as where each leg counts from its own contact; allowed is `--own-cycles`, which moves the right leg by half of the cycle, or curves of both legs from one contact"
+        "{file}: the curves of one cycle have left and right {part} in phase, as where each leg counts from its own contact, or where one leg was exported twice; allowed is `--own-cycles`, which moves the right leg by half of the cycle, or curves of both legs from one contact"
     )]
     LegsInPhase {
         /// The file.

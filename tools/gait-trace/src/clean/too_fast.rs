@@ -6,14 +6,16 @@
 use crate::clean::condition_error::ConditionError;
 use crate::raw::RawJoints;
 use crate::series::quantile;
+use crate::stride::period;
 use joint_units::Joint;
 
 /// Largest speed that a joint has for a quarter of the time, degrees a second.
 pub(crate) const MOST_DEG_S: f64 = 2000.0;
 /// The same of a slow gait.
 const LEAST_DEG_S: f64 = 20.0;
-/// Speeds are those over this time, seconds, or over a quarter of a shorter recording: from sample to sample they would be noise.
+/// Speeds are those over this time, seconds, or over this share of a shorter recording: from sample to sample they would be noise.
 const OVER_S: f64 = 0.02;
+const OVER_SHARE: usize = 50;
 
 /// An error if a joint is too fast. `joints` are in degrees at equal steps.
 pub(crate) fn check(
@@ -23,7 +25,7 @@ pub(crate) fn check(
     rate_hz: f64,
 ) -> Result<(), ConditionError> {
     let samples = unusable.len();
-    let over = ((OVER_S * rate_hz).round() as usize).min(samples / 4).max(1);
+    let over = ((OVER_S * rate_hz).round() as usize).min(samples / OVER_SHARE).max(1);
     let duration_s = (samples - 1) as f64 / rate_hz;
     for (joint, x) in Joint::ALL.into_iter().zip(joints) {
         let Some(x) = x else { continue };
@@ -31,7 +33,9 @@ pub(crate) fn check(
         let speeds = (0..samples - over).filter(is_good).map(|n| (x[n + over] - x[n]).abs() * rate_hz / over as f64);
         let deg_s = quantile(speeds, 0.75);
         if deg_s > MOST_DEG_S {
-            let is_gait = |factor: f64| (LEAST_DEG_S..MOST_DEG_S).contains(&(deg_s / factor));
+            let is_gait = |factor: f64| {
+                (LEAST_DEG_S..MOST_DEG_S).contains(&(deg_s / factor)) && factor * duration_s >= period::SHORTEST_S
+            };
             let units = [(60.0, "minutes"), (1000.0, "seconds, under a heading of milliseconds"), (3600.0, "hours")];
             let likely =
                 units.into_iter().find(|(factor, _)| is_gait(*factor)).map_or("another unit", |(_, unit)| unit);

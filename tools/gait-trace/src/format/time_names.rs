@@ -4,6 +4,9 @@ use crate::format::stated::words;
 use crate::format::unit::seconds_of;
 use crate::format::words::TIMES;
 
+/// Longest name that is examined for the part of a cycle, bytes.
+const MAX_NAME: usize = 64;
+
 /// The power of ten of the time's unit if a column's name denotes a time (`time_ms`: -3); `Some(None)` for a time without unit.
 #[must_use]
 pub(crate) fn time_of(name: &str) -> Option<Option<i32>> {
@@ -26,6 +29,10 @@ pub(crate) fn is_share(name: &str) -> bool {
     const CYCLE: [&str; 8] = ["cycle", "gaitcycle", "gc", "gangzyklus", "cyclus", "ciclo", "cycles", "normalised"];
     const BESIDE: [&str; 12] =
         ["gait", "stride", "of", "the", "time", "phase", "in", "norm", "walking", "running", "t", "x"];
+    // A text of any length is no heading.
+    if name.len() > MAX_NAME {
+        return false;
+    }
     // `Cycle%` is two words.
     let words: Vec<String> = words(&name.replace('%', " % "));
     // A header of MATLAB is a comment: `% time`.

@@ -121,7 +121,14 @@ impl File<'_> {
         let points: Vec<(Joint, usize, Track)> =
             chosen.into_iter().map(|(joint, index)| (joint, index, self.track(index))).collect();
         // A model that writes angles beside markers may have given none of them a value.
-        if how.map.is_empty() && points.iter().all(|(.., track)| track.iter().all(|point| !segments::is_seen(point))) {
+        let has_legs = || {
+            let bare: Vec<&str> = labels.iter().map(|label| subjects::bare(label)).collect();
+            segments::find(&bare).iter().any(Option::is_some)
+        };
+        if how.map.is_empty()
+            && has_legs()
+            && points.iter().all(|(.., track)| track.iter().all(|point| !segments::is_seen(point)))
+        {
             let empty: Vec<&str> = points.iter().map(|&(_, index, _)| labels[index].as_str()).collect();
             notes.push(format!("{} have no value in any frame and are left out.", listed(&empty)));
             return Ok(Vec::new());
