@@ -4,12 +4,14 @@
 mod common;
 
 use common::{footfall, said, walk};
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 fn run(words: &[&str], path: &Path) -> std::process::Output {
-    footfall(words.iter().map(|word| if *word == "FILE" { path.into() } else { (*word).into() }))
+    let argument = |word: &&str| if *word == "FILE" { path.as_os_str().to_owned() } else { OsString::from(*word) };
+    footfall(words.iter().map(argument))
 }
 
 /// A named pipe that nobody writes into.
@@ -49,14 +51,8 @@ fn long_names_are_fitted_and_the_batch_goes_on() {
     std::fs::write(from.path().join("walk.csv"), &text).unwrap();
     let report = to.path().join("pages");
     let fit = || {
-        footfall([
-            "fit".into(),
-            from.path().into(),
-            "-o".into(),
-            to.path().into(),
-            "--report".into(),
-            report.clone().into_os_string(),
-        ])
+        let start: Vec<OsString> = vec!["fit".into(), from.path().into(), "-o".into(), to.path().into()];
+        footfall(start.into_iter().chain(["--report".into(), report.clone().into_os_string()]))
     };
     let output = fit();
     let words = said(&output);
