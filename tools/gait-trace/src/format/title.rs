@@ -83,6 +83,37 @@ const OTHER: [&str; 30] = [
     "udot",
     "speeds",
 ];
+/// Words of titles that OpenSim writes, beside those of a quantity.
+const OF_OPENSIM: [&str; 28] = [
+    "joint",
+    "joints",
+    "inverse",
+    "dynamics",
+    "generalized",
+    "generalised",
+    "static",
+    "muscle",
+    "muscles",
+    "net",
+    "ground",
+    "model",
+    "body",
+    "angular",
+    "internal",
+    "contact",
+    "tendon",
+    "fiber",
+    "tool",
+    "analysis",
+    "reporter",
+    "results",
+    "of",
+    "and",
+    "the",
+    "rra",
+    "cmc",
+    "id",
+];
 /// A line of more words is a sentence and no title.
 const MOST_WORDS: usize = 8;
 
@@ -98,6 +129,14 @@ pub(crate) fn says_angles(title: &str) -> bool {
 pub(crate) fn other_quantity(title: &str) -> Option<String> {
     let is_other = |word: &String| OTHER.contains(&word.as_str()) || stated::is_quantity(word);
     stated::words(title).into_iter().find(is_other)
+}
+
+/// Whether a title has a word of its own, as the name of a trial has: `walk at low speed`, `Control 3`.
+pub(crate) fn is_of_trial(title: &str) -> bool {
+    let is_known = |word: &String| {
+        [&ANGLES[..], &OTHER, &OF_OPENSIM].iter().any(|list| list.contains(&word.as_str())) || stated::is_quantity(word)
+    };
+    !stated::words(title).iter().all(is_known)
 }
 
 /// What a line of text above the header of a CSV file names instead of joint angles, in words: a title (`Joint moments`), or the value of a
@@ -197,6 +236,19 @@ mod tests {
         for title in ["Coordinates", "crouch1_gait", "subject01_walk1", "states", ""] {
             assert_eq!(other_quantity(title), None, "{title}");
         }
+    }
+
+    #[test]
+    fn names_of_trials_have_words_of_their_own() {
+        assert!(["walk at low speed", "Control 3", "subject01 forces"].into_iter().all(is_of_trial));
+        let titles = [
+            "controls",
+            "Inverse Dynamics Generalized Forces",
+            "Joint Reaction Loads",
+            "PositionErrors",
+            "Net joint moments",
+        ];
+        assert!(titles.into_iter().all(|title| !is_of_trial(title)));
     }
 
     #[test]

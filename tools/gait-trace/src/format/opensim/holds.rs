@@ -26,8 +26,6 @@ use std::borrow::Cow;
 /// A height of a pelvis, metres, and its smallest share of the highest.
 const HEIGHT_M: (f64, f64) = (0.3, 2.0);
 const STEADY: f64 = 0.5;
-/// Fewest words of the name of a trial that has one of another quantity.
-const TRIAL_WORDS: usize = 3;
 
 /// What a table has that says it.
 pub(super) struct Holds {
@@ -72,8 +70,7 @@ impl Holds {
     pub(super) fn check_title(&self, file: &str, may_be_angles: bool) -> Result<(), TraceError> {
         let Some((line, title)) = &self.title else { return Ok(()) };
         let Some(word) = title::other_quantity(title) else { return Ok(()) };
-        let words = title.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).count();
-        if may_be_angles && words >= TRIAL_WORDS {
+        if may_be_angles && title::is_of_trial(title) {
             return Ok(());
         }
         let what = format!("the title line `{}` names another quantity than joint angles (`{word}`)", short(title));
