@@ -51,7 +51,7 @@ const BESIDE: [&str; 30] = [
     "solution",
 ];
 /// Words of other quantities that are in titles of tables, beside those of headings.
-const OTHER: [&str; 30] = [
+const OTHER: [&str; 31] = [
     "activation",
     "activations",
     "excitation",
@@ -82,9 +82,10 @@ const OTHER: [&str; 30] = [
     "dudt",
     "udot",
     "speeds",
+    "dynamics",
 ];
 /// Words of titles that OpenSim writes, beside those of a quantity.
-const OF_OPENSIM: [&str; 28] = [
+const OF_OPENSIM: [&str; 32] = [
     "joint",
     "joints",
     "inverse",
@@ -113,6 +114,10 @@ const OF_OPENSIM: [&str; 28] = [
     "rra",
     "cmc",
     "id",
+    "arm",
+    "arms",
+    "position",
+    "positions",
 ];
 /// A line of more words is a sentence and no title.
 const MOST_WORDS: usize = 8;
