@@ -181,7 +181,13 @@ pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
         _ => {}
     }
     let words = stated::words(value);
-    let says_angle = words.iter().any(|word| ANGLES.contains(&word.as_str()));
+    // `Motion dynamics laboratory` and `Control group` describe the trial.
+    const BODY: [&str; 11] =
+        ["joint", "joints", "hip", "hips", "knee", "knees", "leg", "legs", "muscle", "muscles", "angular"];
+    let is_title = key.is_some()
+        || words.iter().any(|word| BODY.contains(&word.as_str()))
+        || !is_of_trial(value) && words.len() == 1;
+    let says_angle = !is_title || words.iter().any(|word| ANGLES.contains(&word.as_str()));
     let other = other_quantity(value).filter(|_| !says_angle && words.len() <= MOST_WORDS);
     other.map(|word| format!("the quantity `{word}`"))
 }
@@ -276,6 +282,9 @@ mod tests {
             &["Rate", "100"],
             &["Force plates", "off", "2"],
             &["Trial 3"],
+            &["Motion dynamics laboratory"],
+            &["Control group"],
+            &["Work package 4"],
             &["Data: joint angles"],
         ] {
             assert_eq!(other_in_line(line), None, "{line:?}");
