@@ -2,145 +2,43 @@
 
 use crate::format::stated;
 
-/// Words of joint angles.
-const ANGLES: [&str; 12] = [
-    "coordinates",
-    "coordinate",
-    "angle",
-    "angles",
-    "kinematics",
-    "ik",
-    "q",
-    "flexion",
-    "winkel",
-    "gelenkwinkel",
-    "angoli",
-    "ángulos",
-];
+/// Words of joint angles, separated by blanks.
+const ANGLES: &str = "coordinates coordinate angle angles kinematics ik q flexion winkel gelenkwinkel angoli ángulos";
 /// Words that say nothing else, beside those.
-const BESIDE: [&str; 30] = [
-    "generalized",
-    "generalised",
-    "joint",
-    "joints",
-    "inverse",
-    "result",
-    "results",
-    "motion",
-    "data",
-    "of",
-    "the",
-    "in",
-    "and",
-    "from",
-    "degrees",
-    "deg",
-    "radians",
-    "rad",
-    "hip",
-    "hips",
-    "knee",
-    "knees",
-    "trial",
-    "subject",
-    "walk",
-    "walking",
-    "run",
-    "running",
-    "gait",
-    "solution",
-];
+const BESIDE: &str = "generalized generalised joint joints inverse result results motion data of the in and from degrees deg radians \
+    rad hip hips knee knees trial subject walk walking run running gait solution";
 /// Words of other quantities that are in titles of tables, beside those of headings.
-const OTHER: [&str; 31] = [
-    "activation",
-    "activations",
-    "excitation",
-    "excitations",
-    "control",
-    "controls",
-    "error",
-    "errors",
-    "reaction",
-    "reactions",
-    "load",
-    "loads",
-    "residual",
-    "residuals",
-    "reserve",
-    "reserves",
-    "actuation",
-    "actuator",
-    "actuators",
-    "optimization",
-    "optimisation",
-    "marker",
-    "markers",
-    "momentum",
-    "jerk",
-    "multipliers",
-    "derivatives",
-    "dudt",
-    "udot",
-    "speeds",
-    "dynamics",
-];
+const OTHER: &str = "activation activations excitation excitations control controls error errors reaction reactions load loads \
+    residual residuals reserve reserves actuation actuator actuators optimization optimisation marker markers \
+    momentum jerk multipliers derivatives dudt udot speeds dynamics";
 /// Words of titles that OpenSim writes, beside those of a quantity.
-const OF_OPENSIM: [&str; 32] = [
-    "joint",
-    "joints",
-    "inverse",
-    "dynamics",
-    "generalized",
-    "generalised",
-    "static",
-    "muscle",
-    "muscles",
-    "net",
-    "ground",
-    "model",
-    "body",
-    "angular",
-    "internal",
-    "contact",
-    "tendon",
-    "fiber",
-    "tool",
-    "analysis",
-    "reporter",
-    "results",
-    "of",
-    "and",
-    "the",
-    "rra",
-    "cmc",
-    "id",
-    "arm",
-    "arms",
-    "position",
-    "positions",
-];
+const OF_OPENSIM: &str = "joint joints inverse dynamics generalized generalised static muscle muscles net ground model body angular \
+    internal contact tendon fiber tool analysis reporter results of and the rra cmc id arm arms position positions";
 /// A line of more words is a sentence and no title.
 const MOST_WORDS: usize = 8;
+
+fn is_in(list: &str, word: &str) -> bool {
+    list.split_whitespace().any(|known| known == word)
+}
 
 /// Whether a title says that the table holds joint angles: it has a word of them, and no other word but names with a number.
 pub(crate) fn says_angles(title: &str) -> bool {
     let words = stated::words(title);
-    let is_angle = |word: &String| ANGLES.contains(&word.as_str());
-    let is_beside = |word: &String| BESIDE.contains(&word.as_str()) || word.contains(|c: char| c.is_ascii_digit());
+    let is_angle = |word: &String| is_in(ANGLES, word);
+    let is_beside = |word: &String| is_in(BESIDE, word) || word.contains(|c: char| c.is_ascii_digit());
     words.iter().any(is_angle) && words.iter().all(|word| is_angle(word) || is_beside(word))
 }
 
 /// The first word of a title that names another quantity than an angle.
 pub(crate) fn other_quantity(title: &str) -> Option<String> {
-    let is_other = |word: &String| OTHER.contains(&word.as_str()) || stated::is_quantity(word);
+    let is_other = |word: &String| is_in(OTHER, word) || stated::is_quantity(word);
     stated::words(title).into_iter().find(is_other)
 }
 
 /// Whether a title has a word of its own, as the name of a trial has: `walk at low speed`, `Control 3`.
 pub(crate) fn is_of_trial(title: &str) -> bool {
-    let is_known = |word: &String| {
-        [&ANGLES[..], &OTHER, &OF_OPENSIM].iter().any(|list| list.contains(&word.as_str())) || stated::is_quantity(word)
-    };
+    let is_known =
+        |word: &String| [ANGLES, OTHER, OF_OPENSIM].iter().any(|list| is_in(list, word)) || stated::is_quantity(word);
     !stated::words(title).iter().all(is_known)
 }
 
@@ -157,24 +55,10 @@ pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
         [key, value] => (Some(key.trim_end_matches([':', '='])), *value),
         _ => return None,
     };
-    const KEYS: [&str; 14] = [
-        "quantity",
-        "type",
-        "data",
-        "variable",
-        "variables",
-        "signal",
-        "signals",
-        "measure",
-        "content",
-        "contents",
-        "title",
-        "parameter",
-        "unit",
-        "units",
-    ];
+    const KEYS: &str =
+        "quantity type data variable variables signal signals measure content contents title parameter unit units";
     match key {
-        Some(key) if !stated::words(key).iter().any(|word| KEYS.contains(&word.as_str())) => return None,
+        Some(key) if !stated::words(key).iter().any(|word| is_in(KEYS, word)) => return None,
         Some(key) if stated::words(key).iter().any(|word| word.starts_with("unit")) && stated::is_other_unit(value) => {
             return Some(format!("the unit `{}`", value.trim()));
         }
@@ -182,12 +66,10 @@ pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
     }
     let words = stated::words(value);
     // `Motion dynamics laboratory` and `Control group` describe the trial.
-    const BODY: [&str; 11] =
-        ["joint", "joints", "hip", "hips", "knee", "knees", "leg", "legs", "muscle", "muscles", "angular"];
-    let is_title = key.is_some()
-        || words.iter().any(|word| BODY.contains(&word.as_str()))
-        || !is_of_trial(value) && words.len() == 1;
-    let says_angle = !is_title || words.iter().any(|word| ANGLES.contains(&word.as_str()));
+    const BODY: &str = "joint joints hip hips knee knees leg legs muscle muscles angular";
+    let is_title =
+        key.is_some() || words.iter().any(|word| is_in(BODY, word)) || !is_of_trial(value) && words.len() == 1;
+    let says_angle = !is_title || words.iter().any(|word| is_in(ANGLES, word));
     let other = other_quantity(value).filter(|_| !says_angle && words.len() <= MOST_WORDS);
     other.map(|word| format!("the quantity `{word}`"))
 }
