@@ -42,6 +42,13 @@ pub(crate) fn is_of_trial(title: &str) -> bool {
     !stated::words(title).iter().all(is_known)
 }
 
+/// Whether a text names a field that says what is in the table.
+fn is_key(text: &str) -> bool {
+    const KEYS: &str =
+        "quantity type data variable variables signal signals measure content contents title parameter unit units";
+    stated::words(text).iter().any(|word| is_in(KEYS, word))
+}
+
 /// What a line of text above the header of a CSV file names instead of joint angles, in words: a title (`Joint moments`), or the value of a
 /// field of what is in the table (`Quantity: moment`, `Units,Nm`). Other fields, such as `Speed: 1.2 m/s`, describe the trial.
 pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
@@ -52,13 +59,15 @@ pub(crate) fn other_in_line(fields: &[impl AsRef<str>]) -> Option<String> {
             Some((key, value)) => (Some(key), value),
             None => (None, *one),
         },
-        [key, value] => (Some(key.trim_end_matches([':', '='])), *value),
+        [key, value] if is_key(key) => (Some(*key), *value),
+        // A number behind a text is a measure of the trial: `Knee moment arm,0.04`.
+        [title, rest @ ..] if rest.iter().all(|field| !field.starts_with(|c: char| c.is_ascii_digit())) => {
+            (None, *title)
+        }
         _ => return None,
     };
-    const KEYS: &str =
-        "quantity type data variable variables signal signals measure content contents title parameter unit units";
     match key {
-        Some(key) if !stated::words(key).iter().any(|word| is_in(KEYS, word)) => return None,
+        Some(key) if !is_key(key) => return None,
         Some(key) if stated::words(key).iter().any(|word| word.starts_with("unit")) && stated::is_other_unit(value) => {
             return Some(format!("the unit `{}`", value.trim()));
         }
@@ -152,6 +161,7 @@ mod tests {
             &["Units", "Nm"],
             &["Angular velocity of hips and knees", ""],
             &["Data: EMG"],
+            &["Joint moments", "trial 3"],
         ] {
             assert!(other_in_line(line).is_some(), "{line:?}");
         }
@@ -164,6 +174,7 @@ mod tests {
             &["Rate", "100"],
             &["Force plates", "off", "2"],
             &["Trial 3"],
+            &["Knee moment arm", "0.04"],
             &["Motion dynamics laboratory"],
             &["Control group"],
             &["Work package 4"],
