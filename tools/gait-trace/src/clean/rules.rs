@@ -68,6 +68,10 @@ pub struct Rules {
     pub knee_sign: Option<PositiveDirection>,
     /// The sign of the hips in the file; if this is `None`, that of the format, else by the shape of the strides.
     pub hip_sign: Option<PositiveDirection>,
+    /// The leg that the file does not have is the other one, moved by half a stride.
+    pub mirror: bool,
+    /// Each leg of a cycle counts from its own contact: the right one is moved by half of the cycle.
+    pub own_cycles: bool,
     /// Duration of the stride, seconds, of a file whose time runs from 0 to 1 or to 100; it makes a cycle of such a file whatever its ends.
     pub stride_s: Option<f64>,
 }
@@ -90,6 +94,8 @@ impl Default for Rules {
             low_pass: LowPass::Off,
             knee_sign: None,
             hip_sign: None,
+            mirror: false,
+            own_cycles: false,
             stride_s: None,
         }
     }

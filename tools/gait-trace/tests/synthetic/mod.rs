@@ -25,7 +25,15 @@ pub(crate) fn raw(time_s: Vec<f64>, x: impl Fn(Joint, f64) -> f64) -> RawJoints 
         let angle_deg = time_s.iter().map(|&t| x(joint, t)).collect();
         Some(RawJoint::degrees(joint.name(), angle_deg))
     });
-    RawJoints { file: "walk.csv".into(), format: "made up".into(), time_s, received: false, joints, notes: vec![] }
+    RawJoints {
+        file: "walk.csv".into(),
+        format: "made up".into(),
+        time_s,
+        received: false,
+        joints,
+        notes: vec![],
+        doubts: vec![],
+    }
 }
 
 /// Even times.

@@ -173,6 +173,7 @@ pub fn json(calibrated: &Calibrated) -> Value {
         "poses": poses,
         "residuals": fit.residuals,
         "notes": calibrated.notes,
+        "warnings": calibrated.warnings,
     })
 }
 
@@ -183,7 +184,7 @@ pub fn html(calibrated: &Calibrated) -> String {
     let title = format!("{}, {}", measured.sensor, measured.date);
     let mut page = html::begin(&title, &title);
     html::paragraph(&mut page, &format!("From {}.", calibrated.source));
-    calibrated.notes.iter().for_each(|text| html::note(&mut page, text));
+    calibrated.warnings.iter().chain(&calibrated.notes).for_each(|text| html::note(&mut page, text));
     html::table(
         &mut page,
         "Result",

@@ -4,11 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::job::name_of;
+use crate::board::image::sha256;
 use crate::failure::Failure;
 use crate::messages;
 
 /// File extensions of recordings.
 const EXTENSIONS: &[&str] = &["csv", "mot", "sto", "c3d", "mcap", "mvnx", "trc", "tsv", "txt", "gcd"];
+
+/// Longest name, bytes: file systems allow 255, and the files of results have an ending of 13 behind it and one of a copy in the making.
+const MOST_NAME: usize = 220;
+/// What is left of a longer one, before the sum.
+const SHORT_NAME: usize = 180;
 
 /// A recording and the name that its files get.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,8 +56,24 @@ pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Found, Failure
         let extensions = EXTENSIONS.join(", .");
         return Err(Failure::input(format!("{}: has no recording; allowed are files .{extensions}", paths.join(", "))));
     }
+    shorten_names(all);
     make_names_unique(all);
     Ok(found)
+}
+
+/// Renames recordings whose names are too long for files with an ending behind them, with a note: the beginning, and a sum of the name.
+fn shorten_names(all: &mut [Recording]) {
+    for recording in all.iter_mut().filter(|recording| recording.name.len() > MOST_NAME) {
+        let (stem, extension) = recording.name.rsplit_once('.').unwrap_or((&recording.name, ""));
+        let (stem, extension) =
+            (&stem[..stem.floor_char_boundary(SHORT_NAME)], &extension[..extension.floor_char_boundary(8)]);
+        let name = format!("{stem}~{}.{extension}", &sha256(recording.name.as_bytes())[..8]);
+        messages::note(format_args!(
+            "{} is called {name}: its name is too long for a file of results",
+            recording.path.display()
+        ));
+        recording.name = name;
+    }
 }
 
 /// Renames recordings of equal names, in the order of their paths, with a note; one file by two paths is one recording.
