@@ -39,7 +39,7 @@ const TIMES: [(&str, &str); 10] = [
     ("DMA2 ", "H54"),
 ];
 /// The runs in which faults are injected.
-const RUNS: [&str; 3] = ["walk", "trim", "follower"];
+const RUNS: [&str; 5] = ["walk", "trim", "untested", "crashes", "follower"];
 
 fn main() -> ExitCode {
     test_suite::run(tests![

@@ -25,6 +25,7 @@ use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
 use firmware::board::{BOARD, Port};
 use firmware_shared::frame_phase::{FRAME_US, FramePhase};
+use firmware_shared::licence::Permit;
 use firmware_shared::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
@@ -189,8 +190,8 @@ impl Outputs {
         Self { driving: false, released: FRAME_TICKS, widths: NO_PULSES, phase: FramePhase::default() }
     }
 
-    /// Outputs these widths from the next frame on.
-    pub(crate) fn drive(&mut self, widths: [PulseMicros; 4]) {
+    /// Outputs these widths from the next frame on. Whoever has no permit of this tick has no way to make a pulse.
+    pub(crate) fn drive(&mut self, _: Permit, widths: [PulseMicros; 4]) {
         if !self.driving {
             cold_path();
             // Widths of 0 have not reached the outputs before a frame has started since.

@@ -22,7 +22,7 @@ use table::Table;
 /// The campaign that is run without an option.
 const FAULTS: &str = "tests/campaign/faults.toml";
 /// Runs of it in which faults are injected; the generator of the last is [`FOLLOWER`].
-const RUNS: [&str; 3] = ["walk", "trim", "follower"];
+const RUNS: [&str; 5] = ["walk", "trim", "untested", "crashes", "follower"];
 /// Bits of the general registers of the core.
 const REGISTERS: &str = "tests/campaign/registers.toml";
 const FOLLOWER: &str = "tests/campaign/follower.toml";

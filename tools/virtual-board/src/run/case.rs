@@ -355,6 +355,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts(&fault.inject)));
         if let Some(then) = &fault.then {
             let kind = InjectionKind::of(then, self.image)?;
+            let at = at + fault.then_after_ms * 1e-3;
             self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts(then)));
         }
         self.schedule_stop();
