@@ -20,6 +20,7 @@ use crate::environment::Environment;
 use crate::faults::LastRun;
 use crate::pins::{PinRegisters, Pull};
 use crate::program::ProgramCheck;
+use crate::removed::{Protection, lacks};
 use crate::requests::{REQUESTS_QUEUED, Requests};
 use crate::sampling::REFERENCE;
 use crate::servo_pwm::{self, Outputs};
@@ -233,7 +234,9 @@ fn build_loop(last_run: &LastRun) -> Built {
             {
                 check.start_from(last);
             }
-            let licence = match Licence::new(last_run.streak >= LOCKOUT_STREAK || loaded.lacks_brown_out_reset()) {
+            let crashed = last_run.streak >= LOCKOUT_STREAK && !lacks(Protection::LockOut);
+            let unsupplied = loaded.lacks_brown_out_reset() && !lacks(Protection::BrownOut);
+            let licence = match Licence::new(crashed || unsupplied) {
                 Ok(licence) => licence,
                 // The loop has the same button.
                 Err(refusal) => stay_off(Subject::Configuration, refusal),

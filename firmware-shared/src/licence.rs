@@ -47,6 +47,13 @@ impl Permit {
     pub const fn is_trim(&self) -> bool {
         self.is_trim
     }
+
+    /// A permit that nobody gave: for a control image, which must be noticed.
+    #[cfg(feature = "controls")]
+    #[must_use]
+    pub const fn without_licence(is_trim: bool) -> Self {
+        Self { is_trim }
+    }
 }
 
 /// The licence, and the button as it has been since the boot.

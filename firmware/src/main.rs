@@ -42,6 +42,8 @@ mod pins;
 mod program;
 #[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
+#[path = "../../firmware-shared/program/removed.rs"]
+mod removed;
 #[path = "../../firmware-shared/program/requests.rs"]
 mod requests;
 #[path = "../../firmware-shared/program/rtt.rs"]
@@ -91,6 +93,7 @@ mod boot {
     use crate::faults::LastRun;
     use crate::pins::PinRegisters;
     use crate::program::ProgramCheck;
+    use crate::removed::{Protection, lacks};
     use crate::requests::{REQUESTS_QUEUED, Requests};
     use crate::serial;
     use crate::servo_pwm::{self, Outputs};
@@ -316,7 +319,9 @@ mod boot {
                 {
                     check.start_from(last);
                 }
-                let licence = match Licence::new(last_run.streak >= LOCKOUT_STREAK || loaded.lacks_brown_out_reset()) {
+                let crashed = last_run.streak >= LOCKOUT_STREAK && !lacks(Protection::LockOut);
+                let unsupplied = loaded.lacks_brown_out_reset() && !lacks(Protection::BrownOut);
+                let licence = match Licence::new(crashed || unsupplied) {
                     Ok(licence) => licence,
                     // The loop has the same button.
                     Err(refusal) => stay_off(Subject::Configuration, refusal),

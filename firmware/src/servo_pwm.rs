@@ -31,6 +31,7 @@ use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
 use crate::pins::{FunctionPins, PinRegisters};
+use crate::removed::{Protection, lacks};
 use crate::{kept_outputs, servo_rail, stopwatch, watchdog};
 
 /// The same in ticks, and one more: a frame has started in any span so long.
@@ -98,11 +99,15 @@ pub(crate) fn drive_pins_low() {
 ///
 /// Before TIM1 has a clock, its registers read 0 and the write to it has no effect, and the pins are low already.
 pub(crate) fn outputs_off() {
-    servo_rail::off();
+    if !lacks(Protection::SupplyFirst) {
+        servo_rail::off();
+    }
     cortex_m::interrupt::disable();
     if TIM1.bdtr().read().moe() {
         set_widths(NO_PULSES);
-        let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
+        if !lacks(Protection::PulseEnd) {
+            let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
+        }
         kept_outputs::off();
     } else if kept_outputs::are_on() {
         // The clock failed, or the break came this moment: its interrupt will not run any more.
@@ -138,7 +143,9 @@ fn TIM1_BRK_TIM9() {
 }
 
 fn on_break() {
-    servo_rail::off();
+    if !lacks(Protection::SupplyInBreak) {
+        servo_rail::off();
+    }
     // Off until the next arming: the flag comes back as long as the input is active.
     TIM1.dier().modify(|w| w.set_bie(false));
     let cut = pulses_under_way();

@@ -12,6 +12,8 @@ use crate::board::BOARD;
 use crate::timing::{LATE_END_US, LATE_US};
 use firmware_shared::lamp::Shown;
 use firmware_shared::licence::Licence;
+#[cfg(feature = "controls")]
+use firmware_shared::licence::Permit;
 use firmware_shared::pacing::{Pacer, since};
 use firmware_shared::pulse_check::PulseCheck;
 use heapless::spsc::{Consumer, Producer};
@@ -30,6 +32,7 @@ use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::program;
 use crate::queue;
+use crate::removed::{Protection, lacks};
 use crate::requests;
 use crate::sampling;
 use crate::servo_pwm::Outputs;
@@ -160,11 +163,9 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
     control.compared = control.compared.wrapping_add(1);
-    if !control.outputs.as_written()
-        || !clocks::is_as_started()
-        || !sampling::is_as_started(control.compared)
-        || control.refused
-    {
+    let is_as_written =
+        control.outputs.as_written() && clocks::is_as_started() && sampling::is_as_started(control.compared);
+    if !is_as_written && !lacks(Protection::ReadBack) || control.refused {
         cold_path();
         control.refused = false;
         faults = faults.with(BoardFaults::OUTPUTS);
@@ -193,9 +194,14 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let (tick, state) = (control.joint_loop.tick_number(), control.joint_loop.state());
     // Only a hold of the button makes a permit: whatever the loop's memory holds, its pulses go no further without one.
     let permit = control.licence.tick(sample.button, elapsed, state, command.pulses.is_some());
+    #[cfg(feature = "controls")]
+    let permit = permit
+        .or_else(|| lacks(Protection::Licence).then(|| Permit::without_licence(state == SupervisorState::Trimming)));
     match (command.pulses, permit) {
         (Some(_), _) if SHADOW => {}
-        (Some(widths), Some(permit)) if control.check.allows(widths, permit.is_trim()) => {
+        (Some(widths), Some(permit))
+            if control.check.allows(widths, permit.is_trim()) || lacks(Protection::PulseCheck) =>
+        {
             control.outputs.drive(permit, widths)
         }
         (Some(_), _) => {

@@ -24,6 +24,12 @@ impl KeptStatus {
         Self { word: WORDS[status.state as usize & 7], cause: status.cause }
     }
 
+    /// The same with changed bits.
+    #[cfg(test)]
+    pub(crate) const fn with_flipped(self, mask: u32) -> Self {
+        Self { word: self.word ^ mask, ..self }
+    }
+
     /// The status that was kept; the fault `memory` if the word is no state.
     pub(crate) fn read(self) -> SupervisorStatus {
         const WALKING: u32 = WORDS[SupervisorState::Walking as usize];

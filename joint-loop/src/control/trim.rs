@@ -1,11 +1,10 @@
 //! Trim: moves one servo slowly to find its neutral pulse and its scale, while the others stay in the park pose.
 //!
 //! 1. At rest, a host chooses the servo ([`Action::Trim`]). From then on a hold of the button begins the trim, where the last pulses are if they are
-//!    known, else in the park pose ([`crate::motion::start`]). Servos that are elsewhere go to the park pose first, at the speed of a trim; then the
-//!    chosen one can be moved.
+//!    known, else in the park pose ([`crate::motion::start`]). From elsewhere the servos go to the park pose at the speed of a trim, the chosen one last.
 //! 2. In trim, the host sets the pulse ([`Action::Jog`]), within the pulses of the servo in the robot record. The pulse moves there by one
 //!    microsecond in [`STEP_S`]: about 9 degrees a second.
-//! 3. A press, a stop request, or [`SILENCE_S`] without a jog ends the trim: the outputs go off.
+//! 3. A press, a stop request, or [`SILENCE_S`] in the park pose or after the last jog without another one ends the trim: the outputs go off.
 //!
 //! The angles of a joint are not known before it is trimmed. So its range and its pose limits do not bind here: what bounds the trim are the
 //! pulses of the servo, the speed, and the hand at the button. The other joints get the pulses of the park pose.
@@ -40,8 +39,10 @@ pub(crate) struct Trim {
     goal: PulseMicros,
     /// Ticks since a pulse moved.
     stood: u32,
-    /// Ticks since the last jog.
+    /// Ticks since the last jog, or since the servos have come to the park pose.
     silent: u32,
+    /// On the way to the park pose, with which a trim begins; no jog came meanwhile.
+    returns: bool,
 }
 
 impl Trimmer {
@@ -67,7 +68,7 @@ impl Trimmer {
                 if !self.servo(trim.joint).is_some_and(|servo| servo.allows(pulse)) {
                     return Outcome::OutOfRange;
                 }
-                (trim.goal, trim.silent) = (pulse, 0);
+                (trim.goal, trim.silent, trim.returns) = (pulse, 0, false);
                 Outcome::InEffect
             }
             _ => Outcome::NotTrimming,
@@ -76,7 +77,8 @@ impl Trimmer {
 
     /// Advances a trim by a tick; the pulses of all servos, and the angle of the one that is trimmed.
     pub(crate) fn step(&self, trim: &mut Trim) -> ([PulseMicros; Joint::COUNT], Joint, Radians) {
-        trim.silent = trim.silent.saturating_add(1);
+        trim.returns = trim.returns && trim.at != self.parked;
+        trim.silent = if trim.returns { 0 } else { trim.silent.saturating_add(1) };
         trim.stood = trim.stood.saturating_add(1);
         if trim.stood >= self.step {
             let chosen = trim.joint as usize;
@@ -107,10 +109,10 @@ impl Trimmer {
         self.parked
     }
 
-    /// The trim of a servo from these pulses on, as at its beginning.
+    /// The trim of a servo from these pulses on to the park pose, as at its beginning.
     pub(crate) fn begin(&self, joint: Joint, at: [PulseMicros; Joint::COUNT]) -> Trim {
-        let goal = at.get(joint as usize).copied().unwrap_or_default();
-        Trim { joint, at, goal, stood: 0, silent: 0 }
+        let goal = self.parked.get(joint as usize).copied().unwrap_or_default();
+        Trim { joint, at, goal, stood: 0, silent: 0, returns: true }
     }
 
     fn servo(&self, joint: Joint) -> Option<&ServoMap> {

@@ -122,8 +122,10 @@ pub(crate) struct Judge {
     motion_began: f64,
     /// Injected faults by which pulses are wrong until the supply is off: from when on, and how soon that must be, s.
     injected: Vec<(f64, f64)>,
-    /// The last pulses are known until then, s.
+    /// The last pulses are known until then, s; and whether they were, and were not for sure, when the present motion began.
     known_until: f64,
+    began_known: bool,
+    began_forgotten: bool,
     /// One pulse of each servo may last so long, because the injected fault stops or slows the timer in it, s.
     high_s: f64,
     has_been_high: [bool; 4],
@@ -151,6 +153,8 @@ impl Judge {
             motion_began: f64::NEG_INFINITY,
             injected: Vec::new(),
             known_until: f64::NEG_INFINITY,
+            began_known: false,
+            began_forgotten: true,
             high_s: 0.0,
             has_been_high: [false; 4],
             is_campaign: false,
@@ -233,6 +237,8 @@ impl Judge {
         self.judge_start(pulse);
         if pulse.from - self.last_pulse > PAUSE_S {
             self.motion_began = pulse.from;
+            self.began_known = pulse.from < self.known_until + KNOWN_SLACK_S;
+            self.began_forgotten = pulse.from > self.known_until - KNOWN_SLACK_S;
         }
         self.last_pulse = self.last_pulse.max(pulse.from);
         let Some(limits) = self.limits_of(pulse) else { return self.note_without_limits(pulse) };
@@ -316,7 +322,7 @@ impl Judge {
             && !self.motions[servo].moved_fast
             && (0..self.servos.len()).all(|other| other == servo || !self.motions[other].left);
         let excess = |us: f64| (least - us).max(us - most).max(0.0);
-        let known = self.motions[servo].known.filter(|_| started < self.known_until + KNOWN_SLACK_S);
+        let known = self.motions[servo].known.filter(|_| last.is_some() || self.began_known);
         let comes_back = us.is_finite()
             && !self.motions[servo].moved_fast
             && known.is_some_and(|known| excess(us) <= excess(known) + ROUNDING_US);
@@ -338,8 +344,7 @@ impl Judge {
         {
             wrong.push(format!("{before:.1} to {us:.1} us in {:.1} ms", change.0 * 1e3));
         }
-        let is_forgotten = started > self.known_until - KNOWN_SLACK_S;
-        let starts = [known, Some(park).filter(|_| known.is_none() || is_forgotten)];
+        let starts = [known, Some(park).filter(|_| known.is_none() || self.began_forgotten)];
         let near = rate * START_S + 2.0 * ROUNDING_US;
         if last.is_none() && !starts.into_iter().flatten().any(|start| (us - start).abs() <= near) {
             let expected = known.map_or_else(

@@ -116,14 +116,14 @@ fn a_motion_begins_at_the_park_pose_or_at_the_last_pulse() {
         (None, 61_100, 1500.0, 0),
     ] {
         let mut judge = armed();
-        let widths: Vec<[f64; 4]> = (0..=10).map(|n| [1500.0 + 24.0 * f64::from(n), 1500.0, 1500.0, 1500.0]).collect();
+        let widths: Vec<[f64; 4]> = (0..=10).map(|n| [1500.0 + 24.0 * f64::from(n); 4]).collect();
         assert_eq!(first_violation(&mut judge, &widths), None);
         if let Some(keeps) = keeps {
             judge.reset(1.0, keeps, || Limits::of_flash(&limits::tests::flash()));
         }
         operate(&mut judge, 1_000, at, at - 440..at - 40, 1_100..1_200);
-        take(&mut judge, frame(f64::from(at) * 1e-3, [first, 1500.0, 1500.0, 1500.0]));
-        assert_eq!(judge.judged().violations, violations, "{keeps:?} {at} {first}: {:?}", judge.judged().first);
+        take(&mut judge, frame(f64::from(at) * 1e-3, [first; 4]));
+        assert_eq!(judge.judged().violations, 4 * violations, "{keeps:?} {at} {first}: {:?}", judge.judged().first);
     }
 }
 
