@@ -565,7 +565,7 @@ fn a_state_that_is_not_as_declared_ends_the_campaign() {
     // Nor has a run without its name, or one that the file does not have.
     let unknown = campaign::run(&faults_file(), "flying", &[]);
     assert!(
-        unknown.said.contains("there is no run `flying`; the file has walk, trim, follower, crashes"),
+        unknown.said.contains("there is no run `flying`; the file has walk, trim, untested, follower, crashes"),
         "{}",
         unknown.said
     );

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use firmware::board::f4_discovery::BOARD;
-use footfall_tests::campaign;
 use footfall_tests::board::{Board, Ran};
+use footfall_tests::campaign;
 use footfall_tests::gestures::{STOP_TEST, walk_options};
 use footfall_tests::limits::assert_in_time;
 use joint_loop::{Cause, SupervisorState};

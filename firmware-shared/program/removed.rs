@@ -38,7 +38,7 @@ pub(crate) enum Protection {
 
 /// Whether this image lacks a protection.
 #[cfg(feature = "controls")]
-#[inline(never)]
+#[inline(always)]
 pub(crate) fn lacks(protection: Protection) -> bool {
     use portable_atomic::{AtomicU32, Ordering};
     /// The number of the protection that is gone; this value: all are there. Marked as used, or the compiler would know that nothing writes it.

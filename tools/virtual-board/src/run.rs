@@ -554,7 +554,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let cpu = &self.cpu;
         // As the boot does: after these the supply was away for an unknown time.
         let keeps = !matches!(cause, ResetCause::PowerOn | ResetCause::BrownOut);
-        self.judge.reset(now.seconds, keeps, || {
+        let by_program = cause == ResetCause::Software;
+        self.judge.reset(now.seconds, keeps, by_program, || {
             let mut flash = vec![0; PARAMETERS_END];
             cpu.read_memory(FLASH, &mut flash).then(|| Limits::of_flash(&flash))?
         });

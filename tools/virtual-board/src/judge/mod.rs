@@ -186,12 +186,19 @@ impl Judge {
         self.operator.observe(seconds, button, stop, stop_s);
     }
 
-    /// Takes a reset of the chip, which boots with these limits; called only if they matter. `keeps`: the memory keeps what is in it.
-    pub(crate) fn reset(&mut self, seconds: f64, keeps: bool, limits: impl FnOnce() -> Option<Limits>) {
+    /// Takes a reset of the chip, which boots with these limits; called only if they matter. `keeps`: the memory keeps what is in it. `by_program`: it
+    /// is no excuse for a pulse that ends with it.
+    pub(crate) fn reset(
+        &mut self,
+        seconds: f64,
+        keeps: bool,
+        by_program: bool,
+        limits: impl FnOnce() -> Option<Limits>,
+    ) {
         self.reset = seconds;
         self.operator.reset(seconds);
         let with_it = |violation: &Violation| (violation.ended - seconds).abs() <= WITH_PULSE_S;
-        self.violations.retain(|violation| violation.excuse != Excuse::Reset || !with_it(violation));
+        self.violations.retain(|violation| by_program || violation.excuse != Excuse::Reset || !with_it(violation));
         // A boot that finds the last pulses knows them for as long again.
         self.known_until = if keeps && seconds < self.known_until { seconds + KNOWN_S } else { f64::NEG_INFINITY };
         if !self.is_campaign {

@@ -119,7 +119,7 @@ fn a_motion_begins_at_the_park_pose_or_at_the_last_pulse() {
         let widths: Vec<[f64; 4]> = (0..=10).map(|n| [1500.0 + 24.0 * f64::from(n); 4]).collect();
         assert_eq!(first_violation(&mut judge, &widths), None);
         if let Some(keeps) = keeps {
-            judge.reset(1.0, keeps, || Limits::of_flash(&limits::tests::flash()));
+            judge.reset(1.0, keeps, false, || Limits::of_flash(&limits::tests::flash()));
         }
         operate(&mut judge, 1_000, at, at - 440..at - 40, 1_100..1_200);
         take(&mut judge, frame(f64::from(at) * 1e-3, [first; 4]));
@@ -185,7 +185,7 @@ fn a_stop_takes_as_long_as_the_robot_needs() {
 #[test]
 fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
     let mut judge = armed();
-    judge.reset(0.75, true, || None);
+    judge.reset(0.75, true, false, || None);
     operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
     take(&mut judge, frame(1.49, PARK));
     assert_eq!(judge.judged().violations, 4);
@@ -193,7 +193,7 @@ fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
 
     let mut judge = armed();
     judge.begin_case(campaign(), 0.0);
-    judge.reset(0.75, true, || None);
+    judge.reset(0.75, true, false, || None);
     operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
     take(&mut judge, frame(1.49, PARK));
     assert_eq!(judge.judged().violations, 0);
@@ -234,7 +234,7 @@ fn a_cut_pulse_needs_a_cause_and_takes_the_supply_with_it() {
     };
     let stop = |judge: &mut Judge| judge.observe(0.7615, false, false);
     assert_eq!(with(stop, Some(0.7615)), (0, 1));
-    assert_eq!(with(|judge| judge.reset(0.7615, true, || None), Some(0.7615)), (0, 1));
+    assert_eq!(with(|judge| judge.reset(0.7615, true, false, || None), Some(0.7615)), (0, 1));
     assert_eq!(with(|judge| judge.injected(0.76, WITHOUT_EFFECT_S), Some(0.7615)), (0, 1));
     assert_eq!(with(stop, None), (1, 0), "the supply stays");
     assert_eq!(with(stop, Some(0.7617)), (1, 0), "the supply goes too late");
@@ -318,7 +318,7 @@ fn a_line_that_stays_high_is_found() {
         let mut judge = armed();
         take(&mut judge, frame(0.74, PARK));
         if resets {
-            judge.reset(0.794, true, || None);
+            judge.reset(0.794, true, false, || None);
         }
         let pulse = high(ms, supply);
         if is_end {
