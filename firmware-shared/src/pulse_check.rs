@@ -101,16 +101,21 @@ impl PulseCheck {
                 (goals, self.begins(pulses))
             }
         };
+        let mut is_inside = true;
         for ((limits, pulse), (reached, goal)) in self.limits.iter().zip(pulses).zip(reached.iter_mut().zip(goals)) {
             // Not `clamp`, which has a panic for limits in the wrong order.
             *reached += (goal - *reached).min(limits.way).max(-limits.way);
-            all &= pulse.0 >= limits.servo.0 && pulse.0 <= limits.servo.1 && goal.abs_diff(*reached) <= AHEAD;
+            all &= goal.abs_diff(*reached) <= AHEAD;
+            is_inside &= pulse.0 >= limits.joint.0 && pulse.0 <= limits.joint.1;
         }
-        if !trims && self.limits.iter().zip(pulses).any(|(limits, pulse)| limits.excess(pulse) > 0) {
+        if !is_inside {
             cold_path();
             let last = self.last.unwrap_or(self.parked);
             let mut joints = self.limits.iter().zip(pulses.into_iter().zip(last));
-            all &= joints.all(|(limits, (now, last))| limits.excess(now) <= limits.excess(last));
+            all &= joints.all(|(limits, (now, last))| {
+                let is_of_servo = now.0 >= limits.servo.0 && now.0 <= limits.servo.1;
+                is_of_servo && (trims || limits.excess(now) <= limits.excess(last))
+            });
         }
         if all {
             (self.reached, self.last, self.silent) = (Some(reached), Some(pulses), 0);
