@@ -219,7 +219,7 @@ fn an_onset_is_as_near_as_it_says() {
     let neuron = || system("oscillator:fitzhugh-nagumo", &[]);
     let pair = || system("oscillator:matsuoka", &[]);
     // The system, the sweep, and where it begins (on the way that begins at the first value) and ends on the way back.
-    let cases: Vec<(System, &str, [f64; 2], usize, f64, f64)> = vec![
+    let cases = [
         (neuron(), "current", [0.3, 0.36], 41, of(-v), fold),
         (neuron(), "current", [0.2, 0.5], 13, of(-v), fold),
         (neuron(), "current", [0.31, 0.34], 100, of(-v), fold),

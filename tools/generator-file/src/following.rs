@@ -263,6 +263,7 @@ pub fn following(config: &FollowConfig) -> Result<Following, String> {
 mod tests {
     use super::*;
     use cpg_core::entrainment::{Corrections, EventSource};
+    use cpg_core::waveform::shape::Shape as _;
     use joint_loop::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
     use joint_units::{Joint, Radians};
 

@@ -138,6 +138,15 @@ fn drawn(seed: u64) -> Drawn {
     }
 }
 
+/// The second derivative of a displacement, from the slope of all states.
+fn curvature(equations: &Equations, slope: &State, joint: usize) -> f64 {
+    match equations {
+        // The velocity is that of the displacement by w.
+        Equations::PhaseCoupled { w, .. } => w * slope[joint + 4],
+        Equations::Thesis { .. } => slope[joint + 4],
+    }
+}
+
 /// The first limit of the default robot that the motion is surely beyond, and when; the limits are those of its page, in degrees.
 fn integrated(drawn: &Drawn, start: State, surely: &Limits) -> Option<Found> {
     let beyond = |value: f64, most: f64| value > most + surely.angle_deg;
@@ -147,7 +156,7 @@ fn integrated(drawn: &Drawn, start: State, surely: &Limits) -> Option<Found> {
         let d = drawn.equations.slope(&s);
         let angle: [f64; 4] = std::array::from_fn(|j| drawn.joints[j].1 + drawn.joints[j].0 * s[j]);
         let rate: [f64; 4] = std::array::from_fn(|j| drawn.joints[j].0 * d[j]);
-        let acceleration: [f64; 4] = std::array::from_fn(|j| drawn.joints[j].0 * drawn.equations.curvature(&d, j));
+        let acceleration: [f64; 4] = std::array::from_fn(|j| drawn.joints[j].0 * curvature(&drawn.equations, &d, j));
         let range = |j: usize| if j < 2 { (-30.0, 60.0) } else { (-2.0, 120.0) };
         let joint = (0..4).find(|&j| beyond(angle[j], range(j).1) || beyond(-angle[j], -range(j).0));
         let fast = (0..4).find(|&j| {
@@ -276,7 +285,12 @@ fn judged(seed: u64) -> Counts {
     if let Some(found) = found {
         counts.refused = u64::from(!certificate.accepted);
         if certificate.accepted {
-            counts.false_acceptances.push(format!("{seed}: {found:?}; {}", certificate.drive.in_words()));
+            counts.false_acceptances.push(format!(
+                "{seed}: {} at {:.3} s; {}",
+                found.what,
+                found.seconds,
+                certificate.drive.in_words()
+            ));
         }
     }
     counts

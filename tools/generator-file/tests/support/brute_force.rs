@@ -51,15 +51,6 @@ impl Equations {
         (Self::Thesis { alpha, p, mu, difference, product }, start)
     }
 
-    /// The second derivative of a displacement, from the slope of all states.
-    pub(crate) fn curvature(&self, slope: &State, joint: usize) -> f64 {
-        match self {
-            // The velocity is that of the displacement by w.
-            Self::PhaseCoupled { w, .. } => w * slope[joint + 4],
-            Self::Thesis { .. } => slope[joint + 4],
-        }
-    }
-
     pub(crate) fn slope(&self, s: &State) -> State {
         let mut d = [0.0; 8];
         match self {
