@@ -369,7 +369,7 @@ fn opensim_files() {
                 "a.mot",
                 header("Coordinates", "Inverse Dynamics Generalized Forces"),
                 &[
-                    "a.mot:1: the title line `Inverse Dynamics Generalized Forces` names another quantity than joint angles (`forces`)",
+                    "a.mot:1: the title line `Inverse Dynamics Generalized Forces` names another quantity than joint angles (`dynamics`)",
                 ],
             ),
             damage(
@@ -594,8 +594,8 @@ fn trc_files() {
             damage(
                 "no time",
                 "a.trc",
-                good.replacen("\tTime", "\tSeconds", 1),
-                &["a.trc:4: `the second column` is `Seconds`; allowed is `Time`"],
+                good.replacen("\tTime", "\tMoment", 1),
+                &["a.trc:4: `the second column` is `Moment`; allowed is `Time`"],
             ),
             damage(
                 "no leg",

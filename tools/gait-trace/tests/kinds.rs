@@ -386,7 +386,7 @@ fn percent_columns_have_many_names() {
 }
 
 #[test]
-fn legs_that_count_from_their_own_contact_are_moved_only_when_told() {
+fn legs_that_count_from_their_own_contact_are_moved_only_when_asked() {
     let own = Rules { own_cycles: true, ..Rules::default() };
     for points in [51, 100, 101, 201] {
         for lag in [0.0, 0.04, -0.06] {
@@ -410,7 +410,7 @@ fn legs_that_count_from_their_own_contact_are_moved_only_when_told() {
 }
 
 #[test]
-fn one_leg_is_mirrored_only_when_told() {
+fn one_leg_is_mirrored_only_when_asked() {
     let one = |leg: usize, raw: &RawJoints| {
         let mut raw = raw.clone();
         raw.joints[1 - leg] = None;

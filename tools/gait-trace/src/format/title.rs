@@ -127,7 +127,7 @@ mod tests {
             ("controls", "controls"),
             ("PositionErrors", "errors"),
             ("Speeds", "speeds"),
-            ("Inverse Dynamics Generalized Forces", "forces"),
+            ("Inverse Dynamics Generalized Forces", "dynamics"),
             ("Static Optimization", "optimization"),
             ("Joint Reaction Loads", "reaction"),
             ("ActuatorPowers", "actuator"),
