@@ -35,13 +35,14 @@ pub(super) struct Found {
     pub(super) others: BTreeMap<String, usize>,
 }
 
-/// Finds every recording under the paths. The folder `out` is not searched.
+/// Finds every recording under the paths. The folder `out` is not searched, and a link that leads out of a named folder is not followed.
 pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Found, Failure> {
     let mut found = Found::default();
     for path in paths {
         let all = &mut found.all;
         if path.is_dir() {
-            search(path, path, out, &mut found)?;
+            let wrong = |error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
+            search(path, &Top { path, real: path.canonicalize().map_err(wrong)? }, out, &mut found)?;
         } else if path.exists() {
             all.push(Recording { name: name_of(path), path: path.clone(), found: false });
         } else {
@@ -96,14 +97,31 @@ fn make_names_unique(all: &mut Vec<Recording>) {
     }
 }
 
-fn search(folder: &Path, top: &Path, out: &Path, found: &mut Found) -> Result<(), Failure> {
+/// A folder of the command line.
+struct Top<'p> {
+    path: &'p Path,
+    /// Where it is, without links.
+    real: PathBuf,
+}
+
+fn search(folder: &Path, top: &Top<'_>, out: &Path, found: &mut Found) -> Result<(), Failure> {
     let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
     for entry in std::fs::read_dir(folder).map_err(wrong)? {
         let entry = entry.map_err(wrong)?;
         let path = entry.path();
-        // A link to a folder may lead back to a folder above it; a link to a file is a recording by another name.
-        if entry.file_type().map_err(wrong)?.is_symlink() && path.is_dir() {
-            continue;
+        // A link to a folder may lead back to a folder above it; a link to a file of the same folder is a recording by another name.
+        if entry.file_type().map_err(wrong)?.is_symlink() {
+            let leads_out = || !path.canonicalize().is_ok_and(|real| real.starts_with(&top.real));
+            if path.is_dir() {
+                continue;
+            }
+            if leads_out() {
+                messages::note(format_args!(
+                    "{} is a link out of the folder and is not read; name the file itself to read it",
+                    path.display()
+                ));
+                continue;
+            }
         }
         if path.is_dir() {
             // The output of an earlier run is no recording.
@@ -114,7 +132,7 @@ fn search(folder: &Path, top: &Path, out: &Path, found: &mut Found) -> Result<()
             .extension()
             .is_some_and(|extension| EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known)))
         {
-            let within = path.strip_prefix(top).unwrap_or(&path);
+            let within = path.strip_prefix(top.path).unwrap_or(&path);
             let parts: Vec<_> = within.iter().map(|part| part.to_string_lossy()).collect();
             found.all.push(Recording { name: parts.join("__"), path, found: true });
         } else {

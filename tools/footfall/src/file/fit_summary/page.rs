@@ -89,7 +89,7 @@ pub(super) fn write(out: &mut dyn io::Write, folder: &Path, files: &[PathBuf], e
         );
         begin_table(&mut page);
         for (n, (_, file)) in fitted.iter().enumerate() {
-            row(&mut page, folder, n, &result_file::read(file).map_err(io::Error::other)?);
+            row(&mut page, folder, n, &result_file::read(file));
             out.write_all(page.as_bytes())?;
             page.clear();
         }
