@@ -39,7 +39,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 29] = [
+pub(super) const STEPS: [Step; 30] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -175,6 +175,13 @@ pub(super) const STEPS: [Step; 29] = [
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
+    },
+    Step {
+        name: "controls",
+        claim: "an image that lacks a protection fails the tests and faults that show it, one image for each protection",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: super::controls::controls,
     },
     Step {
         name: "probe",
