@@ -111,13 +111,13 @@ fn those_of_the_first_walk() {
     page.shows("cargo xtask run", "walking").end();
     page.ends("cargo footfall defaults robot > robot.toml");
     assert!(page.ends("cargo footfall check --robot robot.toml").contains("good"));
-    let certified =
-        page.ends("cargo footfall certify samples/generator.toml --robot robot.toml -o certificate.json");
+    let certified = page.ends("cargo footfall certify samples/generator.toml --robot robot.toml -o certificate.json");
     assert!(certified.contains("accepted"), "{certified}");
     let line = "cargo xtask run --no-sensor --generator samples/generator.toml --robot robot.toml";
     page.shows(line, "walking").end();
     page.not_run("cargo xtask setup --with probe", "the set-up of this test is the same");
-    let flash = "cargo xtask flash --board f4-discovery --no-sensor --generator samples/generator.toml --robot robot.toml";
+    let flash =
+        "cargo xtask flash --board f4-discovery --no-sensor --generator samples/generator.toml --robot robot.toml";
 
     let mut log = page.shows(&format!("{flash} --shadow"), "disarmed");
     bench.command("stop");

@@ -62,6 +62,7 @@ mod queue;
 #[cfg(target_os = "none")]
 #[path = "../../firmware-shared/program/removed.rs"]
 mod removed;
+#[cfg(target_os = "none")]
 #[path = "../../firmware-shared/program/requests.rs"]
 mod requests;
 #[cfg(target_os = "none")]

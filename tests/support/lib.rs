@@ -10,7 +10,7 @@
 //! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
 //! - [`pico`]: the image of the Raspberry Pi Pico on an emulator by others;
-//! - [`bench`]: that board as a debug probe with its target;
+//! - [`mod@bench`]: that board as a debug probe with its target;
 //! - [`lockstep`]: a conversation that steps that board;
 //! - [`campaign`]: campaigns of faults on that board;
 //! - [`boot_log`]: what a boot of it says of the run before;

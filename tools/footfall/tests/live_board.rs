@@ -9,7 +9,7 @@ use std::io::Write;
 use std::net::{TcpListener, TcpStream};
 use std::process::{Command, ExitCode, Output, Stdio};
 use std::time::Duration;
-use support::{Bench, SimulatedBoard, frame, framed, framed_bytes, records};
+use support::{Bench, SimulatedBoard, frame, framed, framed_bytes};
 use test_suite::terminal::Terminal;
 use test_suite::tests;
 use wire::Record;

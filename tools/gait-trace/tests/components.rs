@@ -1,6 +1,5 @@
 //! Columns that are components: of quaternions and positions, which are no angles, and of angles, of which one is flexion.
 
-#[allow(dead_code, reason = "one function of it is used here")]
 mod synthetic;
 
 use gait_trace::format::open;

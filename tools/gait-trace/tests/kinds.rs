@@ -1,8 +1,6 @@
 //! Kinds of files that were read wrong, or refused without need: for each kind many files, made from a walk.
 
-#[allow(dead_code, reason = "some of it is used here")]
 mod support;
-#[allow(dead_code, reason = "some of it is used here")]
 mod synthetic;
 
 use gait_trace::format::open;

@@ -25,7 +25,7 @@ fn a_changed_bit_of_the_state_switches_off() {
         }
         seen.push(joints.state());
         for bit in 0..32 {
-            for other in [0, 1 << (bit + 7) % 32] {
+            for other in [0, 1 << ((bit + 7) % 32)] {
                 let mut changed = joints.clone();
                 changed.status = changed.status.with_flipped(1 << bit | other);
                 let command = changed.tick(&Sample::default());

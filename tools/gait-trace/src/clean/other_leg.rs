@@ -90,8 +90,8 @@ mod tests {
         unusable[70] = true;
         assert_eq!(mirror(&mut joints, &mut unusable, Some(55)), Ok(55));
         let left = joints[0].clone().unwrap();
-        for n in 0..400 {
-            assert!((left[n] - hip(n + 55)).abs() < 1.2, "{n}: {} {}", left[n], hip(n + 55));
+        for (n, angle) in left.iter().enumerate() {
+            assert!((angle - hip(n + 55)).abs() < 1.2, "{n}: {angle} {}", hip(n + 55));
         }
         assert!(left.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 2.0));
         assert!(joints[2].is_none() && joints[3].is_none());

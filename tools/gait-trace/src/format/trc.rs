@@ -175,7 +175,7 @@ impl Rows for Table {
             return Ok(());
         }
         // Behind a whole marker a row may end: the tabs of missing ones at the end were trimmed.
-        let is_short = (2..wanted).contains(&fields.len()) && (fields.len() - 2) % 3 == 0;
+        let is_short = (2..wanted).contains(&fields.len()) && (fields.len() - 2).is_multiple_of(3);
         if fields.len() != wanted && !is_short {
             return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
         }

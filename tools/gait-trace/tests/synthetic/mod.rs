@@ -1,4 +1,5 @@
 //! A synthetic gait of known phase, with harmonics of the size and phase of human walking.
+#![allow(dead_code, reason = "each test binary uses its part")]
 
 use gait_trace::{RawJoint, RawJoints};
 use joint_units::Joint;

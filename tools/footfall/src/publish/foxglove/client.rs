@@ -36,6 +36,7 @@ fn connect(stream: TcpStream, shared: &Shared) -> Result<WebSocket<TcpStream>, E
     stream.set_read_timeout(Some(HANDSHAKE))?;
     stream.set_write_timeout(Some(HANDSHAKE))?;
     let config = WebSocketConfig::default().max_message_size(Some(MAX_REQUEST)).max_frame_size(Some(MAX_REQUEST));
+    #[allow(clippy::result_large_err)] // the type is that of the library's callback
     let agree = |request: &Request, response| match shared.guard.refuses(request) {
         Some(why) => {
             let body = format!("this server does not take a client with {why}");
