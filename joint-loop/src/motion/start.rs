@@ -5,7 +5,7 @@
 //! each servo follows them, and goes to the park pose at the limits of the gate. Then the ramp begins.
 //!
 //! A pose that the gate does not allow is one that a trim has left, or of another robot record. The pulses leave it as in a trim, each by a microsecond
-//! in [`STEP_S`], to the allowed pose that is next to it ([`Way`]); from there the gate goes on.
+//! in [`STEP_S`], to the allowed pose that is next to it (`Way`); from there the gate goes on.
 //!
 //! The supply of the servos comes on with the first pulse. A digital servo starts its processor first, and takes no pulse meanwhile. At its first
 //! one it turns at full speed to where the pulses have gone by then: nowhere, while they are held.
@@ -23,7 +23,7 @@ pub const KNOWN_S: f32 = 60.0;
 /// Time for which the last pulses are held, s: two servo frames, and more than a digital servo is assumed to take from its supply to its first pulse
 /// (0.2 s, `docs/servos.md`). Where an arming starts at the park pose nothing is held: the ramp leaves it slowly.
 const WAIT_S: f32 = 0.5;
-/// Time in which a pulse moves by one microsecond in a trim, and on a [`Way`], s.
+/// Time in which a pulse moves by one microsecond in a trim, and on a `Way`, s.
 pub const STEP_S: f32 = 0.01;
 /// Largest difference of a pulse from that of a pose that the gate allows, us: the rounding of both.
 const ROUNDING_US: u16 = 1;

@@ -9,7 +9,7 @@
 //! and right legs are half a stride apart, so half a stride is not a maximum with channels of both, nor with one knee.
 //!
 //! Strides of a turn differ from each other, and in a recording of two or three the overlap after two strides is so short that they fit better than one.
-//! So what is found is judged by half of it ([`is_two_strides`]): after half of one stride each leg is like the other one, after half of two it is like
+//! So what is found is judged by half of it (`is_two_strides`): after half of one stride each leg is like the other one, after half of two it is like
 //! itself. With one leg only, two strides count only where the recording has both twice.
 //!
 //! Units: seconds. Search range: [`SHORTEST_S`] to [`USUAL_S`], as long as [`OVERLAP_S`] of the recording overlap. [`find_slow`] goes on to

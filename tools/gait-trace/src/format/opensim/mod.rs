@@ -2,7 +2,7 @@
 //!
 //! A header of lines `key=value` (or `key value`) that ends with `endheader`, a line of column names, and rows of numbers,
 //! separated by tabs or blanks. Files of controls, speeds, forces or activations have columns of the same names, so that something in the
-//! file must say that they are angles ([`holds`]), or the caller (`--unit`). The numbers in the header (`nRows`, `nColumns`, `datarows`,
+//! file must say that they are angles (`holds`), or the caller (`--unit`). The numbers in the header (`nRows`, `nColumns`, `datarows`,
 //! `datacolumns`) are compared with the rows and columns; a difference is a note where every row is whole. `inDegrees` names the unit of the rotations. Columns are coordinates
 //! (`hip_flexion_l`, `knee_angle_r`) or paths to one (`/jointset/hip_l/hip_flexion_l/value`); only those of hips and knees
 //! are read, speeds (`/speed`) are not. The sign of `hip_flexion` is in its name; that of a knee is the model's: gait2354, gait2392 and the
