@@ -690,14 +690,14 @@ impl<'a, W: Write> Session<'a, W> {
         Ok(())
     }
 
-    /// Repeats the pulse of the joint, so that the board does not end the trim.
+    /// Repeats the pulse of the joint, so that the board does not end the trim. A board whose core is halted does not answer.
     fn keep_trimming(&mut self, joint: Joint) -> Result<(), Failure> {
         const EVERY_TICKS: u32 = 1_000;
         let Some((_, frame)) = self.board.frames().next_back() else { return Ok(()) };
         let (tick, pulse) = (frame.tick, frame.pulses_us[joint as usize]);
         if tick.wrapping_sub(self.jogged) >= EVERY_TICKS && frame.state == SupervisorState::Trimming {
             self.jogged = tick;
-            self.board.ask(Action::Jog { pulse: PulseMicros(pulse) })?;
+            self.board.send(Action::Jog { pulse: PulseMicros(pulse) })?;
         }
         Ok(())
     }
