@@ -121,8 +121,9 @@ impl Bench {
     /// Stops a walk.
     pub fn stop(&self) {
         self.command("press");
+        // Longer than a bounce.
+        until("the end of the walk", || self.of_kind("status").last().is_some_and(|status| status["armed"] == false));
         self.command("release");
-        until("the end of the pulses", || !self.has_pulses());
     }
 
     /// A file in the folder of this board.

@@ -2,6 +2,7 @@
 //! `--generator`, the generator of a file.
 
 mod generator;
+mod outputs;
 
 use clap::Args;
 use clap::builder::ArgPredicate;
@@ -10,14 +11,13 @@ use cpg_core::gait::named::Gait;
 use joint_units::Radians;
 use reproduce::charts::motion::{Motion, over_time};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::failure::Failure;
 use crate::file::svg;
 use crate::gait_player::asked_speed::AskedSpeed;
 use crate::gait_player::{Change, GaitPlayer};
 use crate::interrupt;
-use crate::messages;
 use crate::options::cadence::Cadence;
 use crate::options::overwrite::Overwrite;
 use crate::options::terminal::{Keys, shows_screens};
@@ -105,7 +105,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
         return output::print(&Gait::ALL.map(line).concat());
     }
     let on_screen = generator.is_none() && csv.is_none() && !json && svg.is_none() && shows_screens(Keys::Stdin);
-    let outputs = Outputs { csv: csv.flatten(), json, svg, overwrite };
+    let outputs = outputs::Outputs { csv: csv.flatten(), json, svg, overwrite };
     outputs.check()?;
     if let Some(generator) = &generator {
         return generator::run(generator, secs.unwrap_or(DEFAULT_SECS), every_ms, &outputs);
@@ -125,39 +125,6 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let (text, motion) = play(player, secs.unwrap_or(DEFAULT_SECS), every_ms, json)?;
     outputs
         .write(&text, |path, overwrite| svg::write(path, &format!("{name}, host core"), &over_time(&motion), overwrite))
-}
-
-/// Where lines and picture go.
-struct Outputs {
-    /// The file of the lines; standard output if there is none.
-    csv: Option<PathBuf>,
-    /// The lines are JSON.
-    json: bool,
-    svg: Option<PathBuf>,
-    overwrite: Overwrite,
-}
-
-impl Outputs {
-    fn files(&self) -> impl Iterator<Item = &Path> {
-        [&self.csv, &self.svg].into_iter().flatten().map(PathBuf::as_path)
-    }
-
-    /// Refuses files that may not be written.
-    fn check(&self) -> Result<(), Failure> {
-        output::check_apart(self.files(), [])?;
-        self.files().try_for_each(|path| output::check(path, self.overwrite))
-    }
-
-    /// Writes the lines, and the picture by `draw`, if there is one.
-    fn write(&self, lines: &str, draw: impl FnOnce(&Path, Overwrite) -> Result<(), Failure>) -> Result<(), Failure> {
-        if let Some(path) = &self.svg {
-            draw(path, self.overwrite)?;
-        }
-        let Some(path) = &self.csv else { return output::print(lines) };
-        output::write_text(path, lines, self.overwrite)?;
-        messages::written(path);
-        Ok(())
-    }
 }
 
 /// Refuses changes after the end. On a screen without `--secs` there is no end.

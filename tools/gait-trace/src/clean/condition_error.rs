@@ -3,8 +3,7 @@
 use crate::clean::anatomy::Impossible;
 use crate::clean::positive_direction::PositiveDirection;
 use crate::clean::resample::MAX_SAMPLES;
-use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF};
-use crate::clean::too_fast;
+use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF, MOST_DEG_S};
 use crate::recording::RecordingError;
 use joint_units::Joint;
 
@@ -251,7 +250,7 @@ pub enum ConditionError {
     /// The joints move faster than a leg can: the times are wrong.
     #[error(
         "{file}: {joint} moves at {deg_s:.0} degrees a second for a quarter of the time, and all rows last {duration_s:.4} s: no leg is that fast, of which {most:.0} are allowed; are the times in another unit ({likely}?); allowed are times in seconds under `time_s`, or in milliseconds under `time_ms`",
-        joint = .joint.name(), most = too_fast::MOST_DEG_S
+        joint = .joint.name(), most = MOST_DEG_S
     )]
     TooFast {
         /// The file.

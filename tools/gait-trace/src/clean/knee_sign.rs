@@ -10,7 +10,6 @@
 //! both decides (mean and skewness), which is a guess and a warning; if it is unclear too, the caller must name the sign. Angles that are computed from positions
 //! have a known sign, unless the knees show that forward was taken the wrong way.
 
-use super::anatomy::KNEE_DEG;
 use super::positive_direction::PositiveDirection;
 use super::shape::{LEAST_RANGE_DEG, Shape};
 use crate::raw::{SignBasis, SignSource};
@@ -21,6 +20,8 @@ pub const BENT_MEAN_DEG: f64 = 25.0;
 pub const BENT_DEG: f64 = 40.0;
 /// Up to this angle, degrees, a knee that bends farther on one side may go to the other side.
 pub const OVEREXTENDED_DEG: f64 = 15.0;
+/// Smallest and largest angle of a knee, degrees, without the outermost hundredths.
+pub const KNEE_DEG: (f64, f64) = (-50.0, 170.0);
 /// Largest mean, degrees, that an angle of flexion can have; beyond it a straight knee is probably 180 degrees.
 pub const MOST_MEAN_DEG: f64 = 120.0;
 

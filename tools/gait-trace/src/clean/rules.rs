@@ -8,6 +8,8 @@ pub const FEWEST_ROWS: usize = 16;
 pub const MOST_PERCENT_ROWS: usize = 401;
 /// Highest cut-off of a low-pass, as a fraction of the rate.
 pub const MOST_CUT_OFF: f64 = 0.4;
+/// Largest speed that a joint has for a quarter of the time, degrees a second.
+pub(crate) const MOST_DEG_S: f64 = 2000.0;
 
 /// Zero-lag low-pass of fourth order (Butterworth, forwards and backwards), for joints computed from unfiltered markers.
 ///

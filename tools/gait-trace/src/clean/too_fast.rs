@@ -4,14 +4,13 @@
 //! and at up to 973 in the fastest moment. Minutes or milliseconds that are read as seconds, or seconds as milliseconds, are factors of 60 and more.
 
 use crate::clean::condition_error::ConditionError;
+use crate::clean::rules::MOST_DEG_S;
 use crate::raw::RawJoints;
 use crate::series::quantile;
 use crate::stride::period;
 use joint_units::Joint;
 
-/// Largest speed that a joint has for a quarter of the time, degrees a second.
-pub(crate) const MOST_DEG_S: f64 = 2000.0;
-/// The same of a slow gait.
+/// Smallest speed that a joint of a slow gait has for a quarter of the time, degrees a second; the largest of any gait is [`MOST_DEG_S`].
 const LEAST_DEG_S: f64 = 20.0;
 /// Speeds are those over this time, seconds, or over this share of a shorter recording: from sample to sample they would be noise.
 const OVER_S: f64 = 0.02;

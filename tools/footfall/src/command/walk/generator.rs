@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::file::svg::{self, Curve, Panel};
 use crate::output;
 
-use super::Outputs;
+use super::outputs::Outputs;
 
 /// Reads the file, plays its generator from the start and writes a line every `every_ms` milliseconds.
 pub(super) fn run(generator: &Path, secs: f32, every_ms: u32, outputs: &Outputs) -> Result<(), Failure> {
