@@ -458,6 +458,10 @@ fn trc_files_of_other_programs_are_read() {
     let lines: Vec<&str> = text.lines().collect();
     let doubled = text.replacen(lines[2], &lines[2].replace('\t', "\t\t"), 1);
     assert_eq!(same(&doubled), whole.notes);
+    let frames = format!("\t{}\t", whole.time_s.len());
+    let announced = |text: &str| same(&text.replacen(&frames, "\t999\t", 1));
+    assert!(announced(&text).iter().any(|note| note.contains("NumFrames") && note.contains("999")), "{frames}");
+    assert_eq!(announced(&doubled), announced(&text));
     // The last marker is missing in some rows, with and without its tabs.
     let without = |trimmed: bool| -> String {
         let row = |(n, row): (usize, &&str)| {

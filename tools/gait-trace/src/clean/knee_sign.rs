@@ -277,6 +277,16 @@ mod tests {
         }
     }
 
+    /// An overextended knee reaches 30 degrees on the wrong side; with 41 it is bent.
+    #[test]
+    fn up_to_forty_degrees_a_knee_alone_shows_nothing() {
+        use PositiveDirection::{Extension, Flexion};
+        for reach in [25.0, 30.0, 39.0] {
+            assert_eq!((by_range(&knee(-10.0, reach)), by_range(&knee(-reach, 10.0))), (None, None), "{reach}");
+        }
+        assert_eq!((by_range(&knee(-10.0, 42.0)), by_range(&knee(-42.0, 10.0))), (Some(Flexion), Some(Extension)));
+    }
+
     #[test]
     fn what_is_ambiguous_is_an_error_with_the_angles() {
         let error = signs((-20.0, 20.0), (-22.0, 21.0)).unwrap_err();

@@ -214,6 +214,21 @@ mod tests {
             prop_assert!((found / period - 1.0).abs() < 0.15, "{found} for {period}");
         }
 
+        /// In a longer recording, where two strides come twice and fit better than one, only the two legs tell them apart.
+        #[test]
+        fn both_legs_tell_one_stride_from_two(
+            period in 0.8_f64..1.2, strides in 4.2_f64..7.0, start in 0.0_f64..2.0, differ in 0.2_f64..0.4,
+        ) {
+            let walk = turn(period, strides, start, differ, false);
+            let found = find(&walk).expect("periodic").period_s;
+            prop_assert!((found / period - 1.0).abs() < 0.05, "{found} for {period}");
+            let even = walk.resample(RATE_HZ).expect("even");
+            let shift = |strides: f64| (strides * period * RATE_HZ).round() as usize;
+            prop_assert_eq!(is_two_strides(even.channels(), shift(2.0)), Some(true));
+            prop_assert_eq!(is_two_strides(even.channels(), shift(1.0)), Some(false));
+            prop_assert_eq!(is_two_strides(&even.channels()[2..3], shift(2.0)), None);
+        }
+
         #[test]
         fn a_known_period_is_found(
             period in 0.5_f64..2.0, strides in 1.8_f64..6.0, phase in 0.0_f64..1.0, rate in 50.0_f64..1000.0,
