@@ -34,10 +34,6 @@ const MOST_PARTS: usize = 500;
 /// Correlation of left and right from which the legs move together.
 const TOGETHER: f64 = 0.5;
 
-/// Largest difference of the ends of a whole cycle, as a fraction of the joint's range; and of the steps over so many seconds there.
-const CLOSED: f64 = 0.1;
-const CLOSED_S: f64 = 0.03;
-
 pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
 
 /// Variances of the joints in some samples, summed.
@@ -118,7 +114,7 @@ pub(crate) fn periodic(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Optio
     let most = stretch(joints, bad, rate_hz, ACTIVE_S)?;
     let usual = part(joints, &most, rate_hz)?;
     let found = period::find(&usual).map(|found| found.period_s).or_else(|| period_by_halves(&usual, rate_hz));
-    if let Some(period_s) = found.or_else(|| whole_cycle_s(joints, bad, rate_hz)) {
+    if let Some(period_s) = found {
         return all(period_s);
     }
     let slow = period::find_slow(&part(joints, &stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?, rate_hz)?);
@@ -173,29 +169,6 @@ fn part(joints: &Joints<'_>, samples: &Range<usize>, rate_hz: f64) -> Option<Rec
         channels.filter_map(|(joint, x)| x.map(|x| Channel::new(joint.name(), Quantity::Angle, x.to_vec()))).collect();
     let times = (0..samples.len()).map(|n| n as f64 / rate_hz).collect();
     Recording::build(times, channels).ok()
-}
-
-/// The duration of a recording that is one whole cycle: all joints end where they begin, in value and slope, and after half of it each leg is like
-/// the other one.
-fn whole_cycle_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
-    let last = bad.len().checked_sub(1)?;
-    let seconds = last as f64 / rate_hz;
-    let is_stride = (period::SHORTEST_S..=period::USUAL_S).contains(&seconds) && !bad.contains(&true);
-    let pairs: Vec<[&[f64]; 2]> =
-        [0, 2].into_iter().filter_map(|left| Some([joints[left]?, joints[left + 1]?])).collect();
-    if !is_stride || pairs.is_empty() {
-        return None;
-    }
-    let reach = ((CLOSED_S * rate_hz) as usize).clamp(1, last);
-    let closes = |x: &[f64]| {
-        let range = range(x);
-        let turn = (x[reach] - x[0]) - (x[last] - x[last - reach]);
-        (x[last] - x[0]).abs() <= CLOSED * range && turn.abs() <= CLOSED * range
-    };
-    // The right leg half a cycle later, around the end.
-    let later = |x: &[f64]| -> Vec<f64> { (0..last).map(|n| x[(n + last / 2) % last]).collect() };
-    let are_opposed = pairs.iter().all(|[left, right]| correlation(&left[..last], &later(right)) > TOGETHER);
-    (joints.iter().flatten().all(|x| closes(x)) && are_opposed).then_some(seconds)
 }
 
 /// The period T at which each leg most resembles the other T / 2 later; for recordings of little more than one stride.
