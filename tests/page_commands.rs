@@ -26,6 +26,8 @@ struct Page<'a> {
     name: &'static str,
     lines: std::vec::IntoIter<String>,
     bench: &'a Bench,
+    /// The board whose RTT server is at [`SERVER`]: one that has its image from the beginning.
+    served: Option<Bench>,
     folder: TempDir,
 }
 
@@ -36,7 +38,7 @@ impl<'a> Page<'a> {
         let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
         let samples = std::fs::canonicalize(root().join("samples")).expect("the samples");
         std::os::unix::fs::symlink(samples, folder.path().join("samples")).expect("a link");
-        Self { name, lines: command_lines(&text).into_iter(), bench, folder }
+        Self { name, lines: command_lines(&text).into_iter(), bench, served: None, folder }
     }
 
     /// The next line, which must be this one.
@@ -51,7 +53,8 @@ impl<'a> Page<'a> {
             line = line.replace(PORT, &self.bench.port());
         }
         if line.contains(SERVER) {
-            line = line.replace(SERVER, &format!("tcp:{}", self.bench.rtt_server()));
+            let served = self.served.as_ref().expect("a server of RTT data");
+            line = line.replace(SERVER, &format!("tcp:{}", served.rtt_server()));
         }
         let mut shell = self.bench.beside("sh", "");
         // The shell gives way to the command, which gets Ctrl-C.
@@ -158,7 +161,7 @@ fn those_of_boards_flash_keep_and_watch() {
     const NUCLEO: &str = "the virtual board is no STM32F446";
     const BLACK_PILL: &str = "this virtual board is a Discovery";
     const CARGO: &str = "its target cannot be had everywhere; tests/xtask_probe.rs runs what cargo would run";
-    let bench = Bench::start(["--erased", "--serial", "--rtt-server", "127.0.0.1:0"]);
+    let bench = Bench::start(["--erased", "--serial"]);
     let mut page = Page::open("docs/boards.md", &bench);
     page.copy("samples/generator.toml", "generator.toml");
     page.copy("samples/robot.toml", "robot.toml");
@@ -220,7 +223,9 @@ fn those_of_boards_flash_keep_and_watch() {
     for line in ["speed 1.2", "gait human-walk", "record_rate 1000", "--show", "--undo", "--stop"] {
         page.ends(&format!("cargo footfall set --serial /dev/ttyACM0 {line}"));
     }
+    page.served = Some(Bench::with_image(&["--rtt-server", "127.0.0.1:0"]));
     page.ends("cargo footfall set --rtt tcp:localhost:9090 speed 1.2");
+    page.served = None;
     page.shows("cargo footfall record --serial /dev/ttyACM0 -o walk.csv", "").end();
     page.shows("cargo xtask run --pace -- --serial", "/dev/pts/").end();
 

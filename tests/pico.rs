@@ -59,7 +59,7 @@ const ARMED_S: f64 = 0.7;
 /// When the last line of a walk is read, s: between two pulses.
 const END_S: f64 = 13.205;
 /// In a pulse of the first two servos: the frames begin at one phase after each power-on.
-const IN_PULSE_S: f64 = 3.0006;
+const IN_PULSE_S: f64 = 3.0016;
 /// What the ROM and the start of the program take, s: tick n is n milliseconds later.
 const STARTED_S: f64 = 0.081;
 

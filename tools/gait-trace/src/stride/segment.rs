@@ -11,7 +11,7 @@
 //! A crossing counts if the signal was below the middle by [`HYSTERESIS`] of its half range before and reaches as far above after.
 
 use crate::recording::{Channel, Quantity, Recording};
-use crate::series::{correlation, median, quantile, range, runs, variance};
+use crate::series::{correlation, median, quantile, runs, variance};
 use crate::stride::period;
 use joint_units::Joint;
 use std::ops::Range;
