@@ -4,6 +4,7 @@
 //! A line is run by the shell in a folder that has the samples. Only a serial port and a network address are replaced by those of the virtual board.
 
 use footfall_tests::bench::{Bench, Log, root};
+use footfall_tests::board::Board;
 use joint_loop::store::robot_record;
 use std::process::{Command, ExitCode, Output, Stdio};
 use tempfile::TempDir;
@@ -26,8 +27,8 @@ struct Page<'a> {
     name: &'static str,
     lines: std::vec::IntoIter<String>,
     bench: &'a Bench,
-    /// The board whose RTT server is at [`SERVER`]: one that has its image from the beginning.
-    served: Option<Bench>,
+    /// The server of RTT data that stands for [`SERVER`].
+    server: Option<String>,
     folder: TempDir,
 }
 
@@ -38,7 +39,7 @@ impl<'a> Page<'a> {
         let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
         let samples = std::fs::canonicalize(root().join("samples")).expect("the samples");
         std::os::unix::fs::symlink(samples, folder.path().join("samples")).expect("a link");
-        Self { name, lines: command_lines(&text).into_iter(), bench, served: None, folder }
+        Self { name, lines: command_lines(&text).into_iter(), bench, server: None, folder }
     }
 
     /// The next line, which must be this one.
@@ -53,8 +54,7 @@ impl<'a> Page<'a> {
             line = line.replace(PORT, &self.bench.port());
         }
         if line.contains(SERVER) {
-            let served = self.served.as_ref().expect("a server of RTT data");
-            line = line.replace(SERVER, &format!("tcp:{}", served.rtt_server()));
+            line = line.replace(SERVER, self.server.as_ref().expect("a server of RTT data"));
         }
         let mut shell = self.bench.beside("sh", "");
         // The shell gives way to the command, which gets Ctrl-C.
@@ -223,9 +223,12 @@ fn those_of_boards_flash_keep_and_watch() {
     for line in ["speed 1.2", "gait human-walk", "record_rate 1000", "--show", "--undo", "--stop"] {
         page.ends(&format!("cargo footfall set --serial /dev/ttyACM0 {line}"));
     }
-    page.served = Some(Bench::with_image(&["--rtt-server", "127.0.0.1:0"]));
-    page.ends("cargo footfall set --rtt tcp:localhost:9090 speed 1.2");
-    page.served = None;
+    // Of another board: with a probe, its client reads the RTT data.
+    let ran = Board::find().run_with_probe(["--secs", "600"], |server, _| {
+        page.server = Some(server);
+        page.ends("cargo footfall set --rtt tcp:localhost:9090 speed 1.2");
+    });
+    ran.assert_sound();
     page.shows("cargo footfall record --serial /dev/ttyACM0 -o walk.csv", "").end();
     page.shows("cargo xtask run --pace -- --serial", "/dev/pts/").end();
 

@@ -161,12 +161,6 @@ impl Bench {
         self.of_kind("serial")[0]["port"].as_str().expect("a name").to_owned()
     }
 
-    /// The address of its RTT server; it was started with `--rtt-server`.
-    pub fn rtt_server(&self) -> String {
-        until("the address of the RTT server", || !self.of_kind("rtt_server").is_empty());
-        self.of_kind("rtt_server")[0]["address"].as_str().expect("an address").to_owned()
-    }
-
     /// Bytes of the chip's memory, read by probe-rs.
     pub fn memory(&self, address: u32, bytes: usize) -> Vec<u8> {
         let file = self.at("memory.bin");
