@@ -92,7 +92,11 @@ fn the_page_says_what_it_is_and_has_the_person_first() {
         let labelled = format!("{id}-t {id}-d");
         let at = all.iter().position(|svg| svg.attribute("aria-labelledby") == Some(&labelled)).expect(id);
         let lines = all.iter().filter(|line| line.name == "polyline" && line.parent == Some(at));
-        assert_eq!(lines.filter_map(|line| line.attribute("class")).collect::<Vec<_>>(), ["left", "right"], "{id}");
+        assert_eq!(
+            lines.filter_map(|line| line.attribute("class")).collect::<Vec<_>>(),
+            ["left", "right dashed"],
+            "{id}"
+        );
     }
 }
 

@@ -17,7 +17,7 @@ const MOST_STRIDES: usize = 40;
 /// Name and class of the lines of a chart.
 const LINES: [(&str, &str); 8] = [
     ("left, mean stride", "left"),
-    ("right, mean stride", "right"),
+    ("right, mean stride", "right dashed"),
     ("normative band", "others"),
     ("single strides", "stride"),
     ("mean stride", "mean"),
@@ -43,7 +43,7 @@ pub(super) fn of_the_person(page: &mut String, fit: &Fit) {
     } else {
         html::paragraph(page, "The normative band is not shown: its 0 % is initial contact, which was not found here.");
     }
-    let mut used = vec!["left", "right"];
+    let mut used = vec!["left", "right dashed"];
     used.extend(has_band(fit).then_some("others"));
     legend(page, &used);
     *page += "<div class=\"charts\">";
@@ -58,7 +58,7 @@ fn both_legs(fit: &Fit, part: &str, legs: [Joint; 2]) -> Chart {
     let mut layers: Vec<Layer> = has_band(fit).then(|| band(legs[0])).into_iter().collect();
     let mean = fit.strides.mean();
     let own = |joint: Joint| fit.measures.cycle_start.own_cycle(&mean, joint);
-    layers.extend(["left", "right"].into_iter().zip(legs).map(|(class, joint)| line(class, &own(joint), 1)));
+    layers.extend(["left", "right dashed"].into_iter().zip(legs).map(|(class, joint)| line(class, &own(joint), 1)));
     let range = |joint: Joint| number(Some(fit.measures.motion[joint as usize].range_deg), 1);
     let description = format!(
         "Mean angle of the left and the right {part} over the cycle of their own leg; the range of the left one is {} degrees, of the right one {} degrees.",
