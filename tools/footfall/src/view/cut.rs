@@ -8,18 +8,18 @@ pub(super) fn cut(line: Line<'_>, columns: u16) -> Line<'_> {
     if line.width() <= columns {
         return line;
     }
-    let mut room = columns.saturating_sub(1);
+    let mut left = columns.saturating_sub(1);
     let mut spans: Vec<Span<'_>> = Vec::new();
     for span in line.spans {
         let mut kept = String::new();
         let fits = span.content.chars().all(|c| {
             let width = Span::raw(c.to_string()).width();
-            let has_room = width <= room;
-            if has_room {
-                room -= width;
+            let is_inside = width <= left;
+            if is_inside {
+                left -= width;
                 kept.push(c);
             }
-            has_room
+            is_inside
         });
         if !fits {
             kept.push('\u{2026}');
