@@ -139,7 +139,7 @@ fn the_screen_is_whole_on_small_and_large_terminals() {
             "measured left knee",
             "left hip ",
             "right knee ",
-            " 90│",
+            " 30│",
             "  0│",
             "-30│",
             "-4 s",

@@ -143,13 +143,21 @@ fn table(c: &Certificate) -> String {
     }
     rows.extend(c.excesses.iter().map(|excess| ("beyond a limit", excess.to_string())));
     rows.push(("walks", walks(c)));
-    let accepted = c.refused_because.as_ref().map_or("yes".into(), |why| format!("no; {why}"));
-    rows.push(("accepted", accepted));
+    rows.push(("accepted", accepted(c.refused_because.as_ref()).into()));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 
-/// Whether it walks, and what the limits take from it.
+/// The row of a table; the error that follows it has the reason of a refusal.
+const fn accepted(refused_because: Option<&String>) -> &'static str {
+    if refused_because.is_some() { "no" } else { "yes" }
+}
+
+/// Whether it walks, and what the limits take from it; why it does not, unless the error says it.
 fn walks(c: &Certificate) -> String {
+    let is_said = |why: &String| c.refused_because.as_ref().is_some_and(|refused| refused.contains(why));
+    if c.drive.why_not.as_ref().is_some_and(is_said) {
+        return "no".into();
+    }
     let mut words = c.drive.in_words();
     if c.drive.walks && c.drive.limited_ticks > 0 {
         let lost = Joint::ALL.iter().zip(c.drive.lost_deg).filter(|(_, lost)| *lost >= 0.005);

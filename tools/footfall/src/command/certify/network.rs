@@ -43,7 +43,7 @@ fn table(c: &NetworkCertificate) -> String {
     let mut rows = vec![("generator", format!("{}, {count} joints, on the host only", c.generator))];
     rows.extend(return_rows(&c.returns));
     rows.extend(c.joints.iter().map(|joint| (joint.name.as_str(), in_words(joint))));
-    rows.push(("accepted", c.refused_because.as_ref().map_or("yes".into(), |why| format!("no; {why}"))));
+    rows.push(("accepted", super::accepted(c.refused_because.as_ref()).into()));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 

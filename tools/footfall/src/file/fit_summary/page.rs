@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::result_file::{self, warnings};
 
 /// Title of the page, by which a summary is recognised, and its heading.
-const TITLES: [&str; 2] = ["fits", "Fits of a folder"];
+const TITLES: [&str; 2] = ["fits", "Gait report: fits of a folder"];
 
 /// Sorts the table by the column whose head is clicked. Without it the page is sorted already.
 const SCRIPT: &str = include_str!("sort.js");
