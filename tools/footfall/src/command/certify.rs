@@ -19,7 +19,7 @@ use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::robot::RobotArgument;
 use crate::output;
-use return_rows::return_rows;
+use return_rows::{accepted, return_rows};
 
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
@@ -145,11 +145,6 @@ fn table(c: &Certificate) -> String {
     rows.push(("walks", walks(c)));
     rows.push(("accepted", accepted(c.refused_because.as_ref()).into()));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
-}
-
-/// The row of a table; the error that follows it has the reason of a refusal.
-const fn accepted(refused_because: Option<&String>) -> &'static str {
-    if refused_because.is_some() { "no" } else { "yes" }
 }
 
 /// Whether it walks, and what the limits take from it; why it does not, unless the error says it.

@@ -4,7 +4,7 @@ use generator_file::network_certificate::{JointRange, NetworkCertificate, certif
 use generator_file::network_file::NetworkFile;
 use std::path::Path;
 
-use super::return_rows::return_rows;
+use super::return_rows::{accepted, return_rows};
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
@@ -43,7 +43,7 @@ fn table(c: &NetworkCertificate) -> String {
     let mut rows = vec![("generator", format!("{}, {count} joints, on the host only", c.generator))];
     rows.extend(return_rows(&c.returns));
     rows.extend(c.joints.iter().map(|joint| (joint.name.as_str(), in_words(joint))));
-    rows.push(("accepted", super::accepted(c.refused_because.as_ref()).into()));
+    rows.push(("accepted", accepted(c.refused_because.as_ref()).into()));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 
