@@ -39,7 +39,7 @@ const TIMES: [(&str, &str); 10] = [
     ("DMA2 ", "H54"),
 ];
 /// The runs in which faults are injected.
-const RUNS: [&str; 3] = ["walk", "trim", "follower"];
+const RUNS: [&str; 5] = ["walk", "trim", "untested", "crashes", "follower"];
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -52,6 +52,7 @@ fn main() -> ExitCode {
         every_hang_ends_in_time_at_any_watchdog_clock(Image),
         several_faults_at_once_leave_the_pulses_inside_the_limits(Image),
         a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses(Image),
+        a_changed_bit_at_rest_moves_nothing_that_a_hold_did_not_arm(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
         a_wrong_reaction_at_rest_is_noticed(Image),
         a_boot_that_says_another_end_is_noticed(Image),
@@ -180,7 +181,7 @@ fn a_sample_of_the_faults_leads_to_the_declared_reactions() {
     report!("{} cases of {faults} faults: {counts:?}, {alone} judged by the pulses alone", cases.len());
     // Each fault at least once, all states, all phases; and each reaction is seen.
     assert!(faults >= 600);
-    assert_eq!((names.len() as u64, states.len(), phases.len()), (faults, 8, 20), "{states:?} {phases:?}");
+    assert_eq!((names.len() as u64, states.len(), phases.len()), (faults, 10, 20), "{states:?} {phases:?}");
     assert!(counts.iter().all(|(_, count)| *count >= 50), "{counts:?}");
     let mut compared = BTreeSet::new();
     for case in &cases {
@@ -319,6 +320,64 @@ fn several_faults_at_once_leave_the_pulses_inside_the_limits() {
     let case = &outcome.cases[outcome.cases.len() / 2];
     let alone = campaign::run(&faults_file(), "walk", &["--several", "1", "--seed", &case["seed"].to_string()]);
     assert_eq!(&alone.cases[0], case);
+}
+
+/// The states at rest, each with its run.
+const AT_REST: [(&str, &str); 5] = [
+    ("walk", "disarmed"),
+    ("walk", "fault"),
+    ("trim", "trim ready"),
+    ("untested", "stop untested"),
+    ("crashes", "four crashes"),
+];
+
+/// Bits of the statics that hold the loop and the control task: at rest none of them moves a servo. After some of them the board is armed by holds: it
+/// moves as it should or not at all.
+fn a_changed_bit_at_rest_moves_nothing_that_a_hold_did_not_arm() {
+    let bytes = std::fs::read(std::env::var_os("FOOTFALL_ELF").expect("FOOTFALL_ELF")).expect("the image");
+    let elf = object::File::parse(&*bytes).expect("an ELF");
+    let of = |end: &str| {
+        let symbol = elf.symbols().find(|symbol| symbol.name().is_ok_and(|name| name.ends_with(end)));
+        let symbol = symbol.unwrap_or_else(|| panic!("the static {end}"));
+        symbol.address()..symbol.address() + symbol.size()
+    };
+    let bits: usize = std::env::var(BITS).map_or(FEW_BITS, |bits| bits.parse().expect("a number")) / 8;
+    let mut drives = 0;
+    for (run, state) in AT_REST {
+        let mut text = head();
+        for (part, static_) in ["firmware4boot4LOOP", "firmware4boot7CONTROL"].into_iter().enumerate() {
+            let addresses = of(static_);
+            let all = (addresses.end - addresses.start) as usize * 8;
+            // By the golden section: spread evenly, and other bits in each state.
+            for n in 0..bits {
+                let from = 0.618_034 * (n * AT_REST.len() + part) as f64 + 0.2 * state.len() as f64;
+                let bit = (from.fract() * all as f64) as u64;
+                let (address, mask) = (addresses.start + bit / 32 * 4, 1_u32 << (bit % 32));
+                // The lock-out and an untested stop let no hold arm; a fault is acknowledged by a first hold.
+                let holds = match state {
+                    "disarmed" if n % 8 == 0 => "press = [{ at_s = 0.2, hold_s = 0.4 }]\nlasts_s = 1.5\n",
+                    "trim ready" if n % 8 == 0 => "press = [{ at_s = 0.6, hold_s = 0.4 }]\nlasts_s = 1.5\n",
+                    "fault" if n % 8 == 0 => {
+                        "press = [{ at_s = 3.0, hold_s = 0.4 }, { at_s = 3.8, hold_s = 0.4 }]\nlasts_s = 5.0\n"
+                    }
+                    _ => "lasts_s = 0.1\n",
+                };
+                text += &format!(
+                    "[[sequence]]\nname = \"{part} {n}\"\nstate = \"{state}\"\n{holds}\
+                     inject = [{{ at_s = 0.001, what = {{ flip = {{ address = {address}, mask = {mask} }} }} }}]\n"
+                );
+            }
+        }
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        std::fs::write(file.path(), text).expect("written");
+        let outcome = campaign::run(file.path(), run, &[]);
+        assert_good(&outcome);
+        assert_eq!(outcome.cases.len(), 2 * bits);
+        drives +=
+            outcome.cases.iter().filter(|case| case["drives_s"].as_array().is_some_and(|at| !at.is_empty())).count();
+    }
+    report!("{} bits in each of {} states, {drives} cases with pulses after a hold", 2 * bits, AT_REST.len());
+    assert!(drives >= bits / 8, "{drives}: the holds arm");
 }
 
 /// Bits of the static that holds the control loop: its limits, servo maps and positions. Some of them would make wrong pulses, which the check of the
@@ -506,7 +565,7 @@ fn a_state_that_is_not_as_declared_ends_the_campaign() {
     // Nor has a run without its name, or one that the file does not have.
     let unknown = campaign::run(&faults_file(), "flying", &[]);
     assert!(
-        unknown.said.contains("there is no run `flying`; the file has walk, trim, follower, crashes"),
+        unknown.said.contains("there is no run `flying`; the file has walk, trim, untested, follower, crashes"),
         "{}",
         unknown.said
     );

@@ -8,11 +8,11 @@ use footfall_tests::limits::assert_in_time;
 use footfall_tests::recordings::default_volts_file;
 use joint_loop::store::robot_record;
 use joint_loop::{RecordName, RobotConfig};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write as _};
-use std::net::TcpListener;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, ExitCode, Output, Stdio};
 use std::sync::{Arc, Mutex};
@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         gdb_stops_in_a_tick_and_watches_a_variable(Image, ProbeRs, Debugger),
         catches_outlast_client_and_reset_until_the_power_is_off(Image, ProbeRs),
         without_catches_a_fault_switches_the_outputs_off_in_time(Image, ProbeRs),
+        vs_code_attaches_as_the_page_says(Image, ProbeRs),
     ])
 }
 
@@ -35,8 +36,9 @@ fn main() -> ExitCode {
 const PATIENCE: Duration = Duration::from_secs(240);
 /// The name of the chip for probe-rs.
 const CHIP: &str = "STM32F407VG";
-/// Catch nothing: all four, or a fault still halts.
-const NO_CATCH: [&str; 4] = ["--no-catch-reset", "--no-catch-hardfault", "--no-catch-svc", "--no-catch-hlt"];
+/// Show the log alone, and catch nothing: all four, or a fault still halts.
+const NO_CATCH: [&str; 6] =
+    ["--rtt-up-channels", "0", "--no-catch-reset", "--no-catch-hardfault", "--no-catch-svc", "--no-catch-hlt"];
 /// Debug halting control and status, and its bits; exception and monitor control, with the catches.
 const DHCSR: u32 = 0xE000_EDF0;
 const C_DEBUGEN: u32 = 1;
@@ -213,10 +215,10 @@ impl Session {
         for stream in streams {
             let to = Arc::clone(&text);
             thread::spawn(move || {
-                for line in BufReader::new(stream).lines().map_while(Result::ok) {
-                    let mut text = to.lock().expect("no panic");
-                    text.push_str(&line);
-                    text.push('\n');
+                let (mut lines, mut line) = (BufReader::new(stream), Vec::new());
+                while lines.read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
+                    to.lock().expect("no panic").push_str(&String::from_utf8_lossy(&line));
+                    line.clear();
                 }
             });
         }
@@ -236,9 +238,9 @@ impl Session {
         }
     }
 
-    /// Ends it as Ctrl-C does.
+    /// Ends it. By SIGTERM: probe-rs 0.32 does not heed SIGINT where an image has a down channel and no terminal is there.
     fn interrupt(mut self) -> String {
-        let ended = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status();
+        let ended = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
         assert!(ended.expect("kill runs").success());
         self.child.wait().expect("it ends");
         let text = self.text.lock().expect("no panic");
@@ -410,13 +412,18 @@ fn catches_outlast_client_and_reset_until_the_power_is_off() {
     let demcr = board.read(DEMCR, 1)[0];
     assert_eq!(demcr & (VC_CORERESET | VC_HARDERR), 0);
 
-    // With a catch a hard fault halts the core, and the watchdog resets it.
+    // With a catch a hard fault halts the core. The outputs are off, so the watchdog stands still with it.
     board.probe(&["write", "b32", &format!("{DEMCR:#x}"), &format!("{:#x}", demcr | VC_HARDERR)]);
     board.pass(0.5);
     let from = board.count();
     fault(&board);
-    let fault = board.until("fault", |lines| lines[from..].iter().position(|line| of(line, "fault").is_some()));
-    assert_eq!(next_boot(&board, from + fault), "iwdg", "the handler of the fault resets by software");
+    board.until("fault", |lines| lines[from..].iter().find_map(|line| of(line, "fault").cloned()));
+    board.pass(1.0);
+    let halted = executed(&board);
+    board.pass(1.0);
+    assert_eq!(executed(&board), halted, "the handler of the fault runs");
+    let boots = |lines: &[Value]| lines[from..].iter().any(|line| of(line, "boot").is_some());
+    assert!(!boots(&board.lines.lock().expect("no panic")), "a reset while the core is halted and the outputs are off");
 }
 
 /// Makes the next interrupt a hard fault: the vector table is one in RAM whose handlers of interrupts have even addresses.
@@ -450,4 +457,92 @@ fn without_catches_a_fault_switches_the_outputs_off_in_time() {
     report!("supply of the servos off {ms} ms after the fault, with a debugger attached");
     assert_in_time("H07", ms, "with a debugger attached");
     assert_eq!(end["judged"]["violations"], 0, "{end}");
+}
+
+/// A message of the Debug Adapter Protocol.
+fn send(to: &mut impl Write, message: &Value) {
+    let text = message.to_string();
+    write!(to, "Content-Length: {}\r\n\r\n{text}", text.len()).expect("sent");
+}
+
+/// The next message.
+fn receive(from: &mut impl BufRead) -> Value {
+    let mut length = 0;
+    loop {
+        let mut line = String::new();
+        assert!(from.read_line(&mut line).expect("a header") > 0, "the adapter has closed the connection");
+        match line.trim().split_once(": ") {
+            Some(("Content-Length", bytes)) => length = bytes.parse().expect("a length"),
+            Some(_) => {}
+            None => break,
+        }
+    }
+    let mut bytes = vec![0; length];
+    from.read_exact(&mut bytes).expect("a message");
+    serde_json::from_slice(&bytes).expect("JSON")
+}
+
+/// The configuration of docs/debugging.md, given to the adapter as the extension gives it: the log comes, and no catch is set.
+fn vs_code_attaches_as_the_page_says() {
+    let page = fs::read_to_string(footfall_tests::bench::root().join("docs/debugging.md")).expect("the page");
+    let (_, block) = page.split_once("```json\n").expect("a block");
+    let mut launch: Value = serde_json::from_str(block.split_once("```").expect("its end").0).expect("JSON");
+    let mut configuration = launch["configurations"][0].take();
+    let mut board = Board::start(&[], true);
+    configuration["cwd"] = footfall_tests::bench::root().to_str().expect("text").into();
+    configuration["probe"] = format!("1d50:6018:{}", board.address).into();
+    configuration["coreConfigs"][0]["programBinary"] = variable("FOOTFALL_ELF").to_str().expect("text").into();
+
+    let port = free_port().to_string();
+    let mut server = Command::new(test_suite::probe_rs());
+    let server = Session::start(server.args(["dap-server", "--port", &port]).env("RUST_LOG", "error"));
+    let begin = Instant::now();
+    let stream = loop {
+        match TcpStream::connect(format!("127.0.0.1:{port}")) {
+            Ok(stream) => break stream,
+            Err(error) => assert!(begin.elapsed() < PATIENCE, "{error}"),
+        }
+        thread::sleep(Duration::from_millis(50));
+    };
+    stream.set_read_timeout(Some(PATIENCE)).expect("a time limit");
+    let (mut to, mut from) = (stream.try_clone().expect("a stream"), BufReader::new(stream));
+    let kind = configuration["request"].clone();
+    let requests = [
+        (
+            1,
+            "initialize".into(),
+            json!({"adapterID": "probe-rs-debug", "linesStartAt1": true, "columnsStartAt1": true}),
+        ),
+        (2, kind, configuration),
+        (3, "configurationDone".into(), json!({})),
+    ];
+    let mut logged = String::new();
+    for (number, command, arguments) in requests {
+        send(&mut to, &json!({"seq": number, "type": "request", "command": command, "arguments": arguments}));
+        // What has to come before the next request.
+        let is_answer = |message: &Value| message["type"] == "response" && message["request_seq"] == number;
+        let answer = std::iter::repeat_with(|| receive(&mut from)).find(is_answer).expect("an answer");
+        assert_eq!(answer["success"], true, "{answer} {}", server.text.lock().expect("no panic"));
+    }
+    board.arm();
+    while !logged.contains("walking: hips") {
+        let message = receive(&mut from);
+        // The extension opens a window for each channel, and says so before it gets what the channel has.
+        if message["event"] == "probe-rs-rtt-channel-config" {
+            let channel = &message["body"]["channelNumber"];
+            let window = json!({"channelNumber": channel, "windowIsOpen": true});
+            send(&mut to, &json!({"seq": 4, "type": "request", "command": "rttWindowOpened", "arguments": window}));
+        }
+        if message["event"] == "probe-rs-rtt-data" && message["body"]["channelNumber"] == 0 {
+            logged += message["body"]["data"].as_str().expect("text");
+        }
+    }
+    send(
+        &mut to,
+        &json!({"seq": 5, "type": "request", "command": "disconnect", "arguments": {"terminateDebuggee": false}}),
+    );
+    while receive(&mut from)["command"] != "disconnect" {}
+    server.interrupt();
+    assert_eq!(board.read(DEMCR, 1)[0] & (VC_CORERESET | VC_HARDERR), 0);
+    board.end();
 }

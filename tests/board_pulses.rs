@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use firmware::board::f4_discovery::BOARD;
 use footfall_tests::board::{Board, Ran};
+use footfall_tests::campaign;
 use footfall_tests::gestures::{STOP_TEST, walk_options};
 use footfall_tests::limits::assert_in_time;
 use joint_loop::{Cause, SupervisorState};
@@ -17,6 +18,7 @@ fn main() -> ExitCode {
         a_fault_handler_waits_for_the_end_of_a_pulse(Image),
         a_timer_that_stands_still_holds_no_handler(Image),
         the_emergency_stop_takes_the_supply_with_the_pulse(Image),
+        the_emergency_stop_takes_the_supply_at_any_moment_of_a_tick(Image),
         a_reset_in_a_pulse_takes_the_supply_with_it(Image),
         the_supply_is_on_only_while_there_are_pulses(Image),
         frames_start_far_from_the_ticks(Image),
@@ -95,7 +97,7 @@ fn a_timer_that_stands_still_holds_no_handler() {
     assert_eq!((ran.boots.len(), ran.end.edges_after_disarming), (2, 0));
 }
 
-/// The break input at 40 moments of a frame: hardware cuts the pulse, the supply follows, and the board counts what was cut.
+/// The break input at 80 moments of a frame, each at another moment of a tick's period, 12.5 us apart, so that some are inside a tick: hardware cuts the pulse, the supply follows, and the board counts what was cut.
 fn the_emergency_stop_takes_the_supply_with_the_pulse() {
     let board = Board::find();
     let undisturbed = undisturbed(&board);
@@ -103,8 +105,8 @@ fn the_emergency_stop_takes_the_supply_with_the_pulse() {
     let folder = tempfile::tempdir().expect("a folder");
     let rail = folder.path().join("rail.csv");
     let (mut latest, mut all) = (0.0_f64, 0);
-    for part in 0..40 {
-        let at = start_s + FRAME_S * f64::from(part) / 40.0 + 1.031e-4;
+    for part in 0..80 {
+        let at = start_s + FRAME_S * f64::from(part) / 80.0 + 12.5e-6 * f64::from(part) + 3.1e-6;
         let stop = format!("{at}:1");
         let rails = format!("{}={}", BOARD.servo_rail, rail.display());
         let ran = board.run(walk_options(3.4, &["--emergency-stop", STOP_TEST, &stop, "--record-edges", &rails]));
@@ -124,9 +126,39 @@ fn the_emergency_stop_takes_the_supply_with_the_pulse() {
         assert_eq!(boot.log.iter().any(|line| line.contains("cut short")), counted > 0, "{:?}", boot.log);
         all += counted;
     }
-    assert!(all >= 4, "{all} pulses cut at 40 moments: none of them in a pulse");
+    assert!(all >= 4, "{all} pulses cut at 80 moments: none of them in a pulse");
     assert_in_time("H56", latest * 1e-3, "the emergency stop");
-    report!("emergency stop at 40 moments of a frame: {all} pulses cut, supply off after {latest:.2} us at most");
+    report!("emergency stop at 80 moments of a frame: {all} pulses cut, supply off after {latest:.2} us at most");
+}
+
+/// The emergency stop at each microsecond of a control period: its interrupt may have to wait for a part of the tick that masks interrupts.
+fn the_emergency_stop_takes_the_supply_at_any_moment_of_a_tick() {
+    const MOMENTS: usize = 1000;
+    let head = campaign::head();
+    let limits = head.split_once("[limits]").expect("limits").1.split_once("\n\n").expect("their end").0;
+    let name = |moment: usize| format!("{moment} us");
+    let states: Vec<String> = (0..MOMENTS)
+        .map(|moment| {
+            let at_s = 3.2 + 1e-6 * moment as f64;
+            format!("{{ name = \"{}\", at_s = {at_s:.6}, outputs = true, says = \"walking (none)\" }}", name(moment))
+        })
+        .collect();
+    let names: Vec<String> = (0..MOMENTS).map(|moment| format!("\"{}\"", name(moment))).collect();
+    let text = format!(
+        "phases = 1\n[limits]{limits}\n[[run]]\nname = \"walk\"\nemergency_stop = [{{ at_s = 0.05, hold_s = 0.05 }}]\n\
+         press = [{{ at_s = 0.4, hold_s = 0.35 }}]\nstate = [{}]\n[[fault]]\nname = \"stop\"\n\
+         inject = {{ level = {{ pin = \"PB12\", high = false }} }}\nstates = [{}]\n\
+         expect = {{ reaction = \"off\", within_ms = 1, cause = \"break_input\" }}\n",
+        states.join(", "),
+        names.join(", ")
+    );
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), text).expect("written");
+    let outcome = campaign::run(file.path(), "walk", &[]);
+    assert_eq!((outcome.code, outcome.cases.len()), (Some(0), MOMENTS), "{}", outcome.said);
+    let latest = outcome.cases.iter().map(|case| case["supply_us"].as_f64().expect("a time")).fold(0.0, f64::max);
+    report!("emergency stop at {MOMENTS} moments of a period: supply off after {latest:.2} us at most");
+    assert_in_time("H56", latest * 1e-3, "the emergency stop");
 }
 
 /// Times at which a recorded pin goes low.

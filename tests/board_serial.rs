@@ -26,6 +26,8 @@ fn main() -> ExitCode {
         changes_at_random_phases_take_effect_as_acknowledged(Image),
         malformed_frames_are_counted_and_change_nothing(Image),
         no_request_arms_and_one_stops(Image),
+        a_stop_in_a_flood_of_requests_stops(Image),
+        a_request_makes_no_tick_longer_than_its_bound(Image),
         the_serial_line_carries_every_rate_and_requests(Image),
         the_commands_of_footfall_use_the_port(Image),
         the_raw_log_is_watched_through_a_server(Image, Program),
@@ -169,6 +171,46 @@ fn no_request_arms_and_one_stops() {
     let stop = ran.boots[0].calls.iter().rev().find(|(_, call)| call.request.is_some()).expect("a stop").0;
     let stopped = ran.boots[0].ticks.iter().find(|frame| frame.tick > stop && frame.state == SupervisorState::Disarmed);
     assert!(stopped.expect("it stops").tick - stop <= 820);
+}
+
+/// More requests than the board takes, one a tick, and a stop among them: it has a place of its own.
+fn a_stop_in_a_flood_of_requests_stops() {
+    const FLOOD: u16 = 400;
+    for place in [0, FLOOD / 2, FLOOD - 1] {
+        let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
+            let mut host = Host::open(&path);
+            host.until("walking", |host| host.state == SupervisorState::Walking);
+            for number in 0..FLOOD {
+                let speed = Action::Set { parameter: Parameter::Speed, thousandths: 1_000 };
+                host.ask(number, if number == place { Action::Stop } else { speed });
+            }
+            host.until("disarmed", |host| host.state == SupervisorState::Disarmed);
+        });
+        ran.assert_sound();
+        let taken = ran.boots[0].calls.iter().filter(|(_, call)| call.request.is_some()).count();
+        assert!(taken < usize::from(FLOOD) * 3 / 4, "{taken} of {FLOOD} requests were taken: it was no flood");
+    }
+}
+
+/// Each gait by name, from which the tick that takes the request is built, and every other parameter: no tick of them costs more than this many
+/// instructions. The longest tick without a request is in ratchets.toml.
+fn a_request_makes_no_tick_longer_than_its_bound() {
+    const MOST_INSTRUCTIONS: u32 = 9_900;
+    let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
+        let mut host = Host::open(&path);
+        host.until("walking", |host| host.state == SupervisorState::Walking);
+        let gaits = (1..=4).chain([0]).map(|gait| (Parameter::Gait, gait * 1_000));
+        let others = Parameter::ALL.into_iter().map(|parameter| (parameter, parameter.range()[2]));
+        for (number, (parameter, thousandths)) in (0..).zip(gaits.chain(others)) {
+            host.ask(number, Action::Set { parameter, thousandths });
+            // Staged, in effect at the end of the stride, and led in within a second.
+            host.wait(if parameter == Parameter::Gait { 2_600 } else { 100 });
+        }
+    });
+    ran.assert_sound();
+    let longest = ran.boots[0].costs.iter().map(|cost| cost.longest_cycles).max().expect("costs");
+    report!("the longest tick with a request takes {longest} instructions");
+    assert!(longest <= MOST_INSTRUCTIONS, "{longest} instructions");
 }
 
 /// At 1 Mbaud: nothing is dropped at 100 frames a second while requests come, and of a board with one sensor nothing at 1,000.

@@ -59,9 +59,9 @@ const ARMED_S: f64 = 0.7;
 /// When the last line of a walk is read, s: between two pulses.
 const END_S: f64 = 13.205;
 /// In a pulse of the first two servos: the frames begin at one phase after each power-on.
-const IN_PULSE_S: f64 = 3.0006;
+const IN_PULSE_S: f64 = 3.0016;
 /// What the ROM and the start of the program take, s: tick n is n milliseconds later.
-const STARTED_S: f64 = 0.074;
+const STARTED_S: f64 = 0.081;
 
 /// The tick of a moment of a run, s.
 fn tick_at(s: f64) -> u32 {
@@ -81,7 +81,7 @@ fn scenario(secs: f64) -> Value {
         "flash": [],
         "volts": [{"mean": 1.5, "swing": 0.3, "hz": 1.0}],
         "events": [
-            event(0.1, "emergency_stop", false),
+            event(0.15, "emergency_stop", false),
             event(0.25, "emergency_stop", true),
             event(0.3, "button", false),
             event(ARMED_S, "button", true),

@@ -470,6 +470,13 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
             assert!(words.reset == Reset::IndependentWatchdog || own, "{task}: {words:?}, {:?}", after.log);
         }
     }
+    // What stands still without holding the processor: only the task that reloads the watchdog finds it. The board resets itself and names the part.
+    let ran = board.run(options(3.6, &[ARM], &["--trigger-stop", "3"]));
+    assert_boots_disarmed(&ran);
+    assert_in_time("H31", number(reaction(&ran), "reset_us") * 1e-3, "no sample");
+    let after = &ran.boots[1];
+    assert_eq!(after.boot.as_ref().map(|boot| boot.reset), Some(Reset::Software));
+    assert!(after.log.iter().any(|line| line.contains("stalled task sensor")), "{:?}", after.log);
 }
 
 /// No sample comes any more: the control task stands still, the log and its time stamps go on until the watchdog task resets the board.

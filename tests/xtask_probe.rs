@@ -1,24 +1,18 @@
 //! `cargo xtask` and `cargo run` with a board at a debug probe: probe-rs as it is released, and the virtual board as probe and target.
 
+use footfall_tests::bench::{Bench, Log, Said, elf, root, until};
 use footfall_tests::host::Host;
-use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use joint_loop::SupervisorState;
-use joint_loop::store::{generator_record, robot_record};
+use joint_loop::store::generator_record;
 use serde_json::Value;
-use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitCode, Stdio};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
-use tempfile::TempDir;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
 use test_suite::tests;
 
 fn main() -> ExitCode {
     test_suite::run(tests![
-        an_erased_board_is_flashed_walks_and_keeps_its_probe_out(Image, Program, ProbeRs),
         records_are_shown_saved_and_erased(Image, Program, ProbeRs),
         what_was_tuned_becomes_the_record(Image, Program, ProbeRs),
         a_walk_is_watched_and_recorded(Image, Program, ProbeRs),
@@ -27,220 +21,6 @@ fn main() -> ExitCode {
         the_runner_of_cargo_seals_writes_and_starts(Image, ProbeRs),
         cargo_embed_writes_an_image_that_walks(Image, ProbeRs, Terminal),
     ])
-}
-
-/// How long anything may take.
-const PATIENCE: Duration = Duration::from_secs(300);
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-fn elf() -> OsString {
-    std::env::var_os("FOOTFALL_ELF").expect("the image")
-}
-
-/// Waits until something holds.
-fn until(what: &str, mut holds: impl FnMut() -> bool) {
-    let started = Instant::now();
-    while !holds() {
-        assert!(started.elapsed() < PATIENCE, "{what}: not within {PATIENCE:?}");
-        std::thread::sleep(Duration::from_millis(50));
-    }
-}
-
-/// Everything that a stream has said so far.
-#[derive(Clone, Default)]
-struct Said(Arc<Mutex<String>>);
-
-impl Said {
-    fn read(stream: impl Read + Send + 'static) -> (Self, JoinHandle<()>) {
-        let said = Self::default();
-        let text = said.clone();
-        let reader = std::thread::spawn(move || {
-            let mut lines = BufReader::new(stream);
-            let mut line = Vec::new();
-            while lines.read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
-                text.0.lock().unwrap().push_str(&String::from_utf8_lossy(&line));
-                line.clear();
-            }
-        });
-        (said, reader)
-    }
-
-    fn text(&self) -> String {
-        self.0.lock().unwrap().clone()
-    }
-}
-
-/// A virtual board as a debug probe with its target, in real time.
-struct Bench {
-    board: Child,
-    lines: Said,
-    address: String,
-    folder: TempDir,
-}
-
-impl Bench {
-    fn start<A: AsRef<std::ffi::OsStr>>(options: impl IntoIterator<Item = A>) -> Self {
-        let program = std::env::var_os("FOOTFALL_VIRTUAL_BOARD").expect("the virtual board");
-        let mut board = Command::new(program)
-            .args(["--probe", "127.0.0.1:0", "--pace", "--loop", "--volts"])
-            .arg(default_volts_file())
-            .args(options)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the virtual board starts");
-        let (lines, _) = Said::read(board.stdout.take().expect("piped"));
-        let mut bench = Self { board, lines, address: String::new(), folder: tempfile::tempdir().expect("a folder") };
-        until("the address of the probe", || !bench.of_kind("probe").is_empty());
-        bench.address = bench.of_kind("probe")[0]["address"].as_str().expect("an address").to_owned();
-        bench
-    }
-
-    /// The image, which walks after a test of the emergency stop and a hold.
-    fn with_image(options: &[&str]) -> Self {
-        Self::start([elf()].into_iter().chain(options.iter().map(OsString::from)))
-    }
-
-    /// The lines of the board of this type so far.
-    fn of_kind(&self, kind: &str) -> Vec<Value> {
-        let mark = format!("\"type\":\"{kind}\"");
-        let text = self.lines.text();
-        text.lines().filter(|line| line.contains(&mark)).map(|line| serde_json::from_str(line).expect("JSON")).collect()
-    }
-
-    /// Whether pulses came within the last 200 ms of the board's time.
-    fn has_pulses(&self) -> bool {
-        let last = |kind: &str| self.of_kind(kind).last().and_then(|line| line["t_s"].as_f64()).unwrap_or(-1.0);
-        last("pulses") > last("status") - 0.2
-    }
-
-    fn command(&self, line: &str) {
-        let mut console = self.board.stdin.as_ref().expect("piped");
-        writeln!(console, "{line}").expect("the board reads");
-    }
-
-    /// Tests the emergency stop and arms.
-    fn arm(&self) {
-        self.command("stop");
-        self.command("hold");
-        until("pulses", || self.has_pulses());
-    }
-
-    /// Stops a walk.
-    fn stop(&self) {
-        self.command("press");
-        self.command("release");
-        until("the end of the pulses", || !self.has_pulses());
-    }
-
-    fn at(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// A command in a folder of the workspace, for which this is the probe.
-    fn beside(&self, program: impl AsRef<std::ffi::OsStr>, folder: &str) -> Command {
-        let mut command = Command::new(program);
-        command.current_dir(root().join(folder));
-        command.env("PROBE_RS_PROBE", format!("0:0:{}", self.address)).env("PROBE_RS_PROTOCOL", "swd");
-        command.env("RUST_LOG", "error");
-        command
-    }
-
-    /// Exit code, standard output, standard error of `cargo xtask`.
-    fn xtask(&self, arguments: &str) -> (Option<i32>, String, String) {
-        let output =
-            self.beside("cargo", "").arg("xtask").args(arguments.split(' ')).stdin(Stdio::null()).output().unwrap();
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (output.status.code(), text(&output.stdout), text(&output.stderr))
-    }
-
-    /// `cargo xtask` that must succeed; what it said.
-    fn must(&self, arguments: &str) -> String {
-        let (code, said, errors) = self.xtask(arguments);
-        assert_eq!(code, Some(0), "{arguments}: {said}{errors}");
-        said + &errors
-    }
-
-    /// Bytes of the chip's memory, read by probe-rs.
-    fn memory(&self, address: u32, bytes: usize) -> Vec<u8> {
-        let file = self.at("memory.bin");
-        let mut read = self.beside(test_suite::probe_rs(), "");
-        read.args(["read", "--chip", "STM32F407VGTx", "b32"]).arg(address.to_string()).arg((bytes / 4).to_string());
-        let output = read.args(["--format", "binary", "--output"]).arg(&file).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        std::fs::read(file).unwrap()
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.board.kill();
-        let _ = self.board.wait();
-    }
-}
-
-/// A program that shows a log until it is ended.
-struct Log {
-    child: Child,
-    said: Said,
-    errors: Said,
-}
-
-impl Log {
-    fn start(command: &mut Command) -> Self {
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let (said, _) = Said::read(child.stdout.take().unwrap());
-        let (errors, _) = Said::read(child.stderr.take().unwrap());
-        Self { child, said, errors }
-    }
-
-    fn until(&mut self, words: &str) {
-        let (said, errors) = (self.said.clone(), self.errors.clone());
-        until(words, || {
-            let ended = self.child.try_wait().unwrap();
-            assert!(ended.is_none(), "{words}: {ended:?} {}{}", said.text(), errors.text());
-            said.text().contains(words)
-        });
-    }
-
-    /// Ctrl-C.
-    fn end(mut self) -> String {
-        assert!(Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap().success());
-        until("the end of the log", || self.child.try_wait().unwrap().is_some());
-        self.said.text() + &self.errors.text()
-    }
-}
-
-/// From a chip as delivered to a walk, by the commands of docs/first-walk.md.
-fn an_erased_board_is_flashed_walks_and_keeps_its_probe_out() {
-    let board = Bench::start(["--erased", "--no-brown-out-reset"]);
-    let mut flash = Log::start(board.beside("cargo", "").args(["xtask", "flash"]));
-    flash.until("disarmed");
-    board.arm();
-    flash.until("walking");
-    board.stop();
-    let said = flash.end();
-    for words in
-        ["brown-out reset: level off; this board should have level 2", "until its supply is switched off and on"]
-    {
-        assert!(said.contains(words), "`{words}`: {said}");
-    }
-    let robot = robot_record::read(&board.memory(0x0800_C000, 0x4000));
-    assert!(robot.is_ok_and(|record| record.is_some()), "the default robot's record");
-    let catches = u32::from_le_bytes(board.memory(0xE000_EDFC, 4).try_into().unwrap());
-    assert_eq!(catches & (1 << 10 | 1), 0, "VC_HARDERR, VC_CORERESET");
-
-    // The log has ended; the program has not.
-    board.arm();
-    let boots = board.of_kind("boot").len();
-    let (code, _, errors) = board.xtask("board info");
-    let is_refused = code == Some(1) && errors.contains("servo outputs are on: stop the walk first");
-    // Where attaching takes longer than the watchdog bears, there is nothing left to refuse.
-    assert!(is_refused || board.of_kind("boot").len() > boots, "{code:?} {errors}");
 }
 
 fn records_are_shown_saved_and_erased() {
@@ -301,8 +81,7 @@ fn what_was_tuned_becomes_the_record() {
     let file = GeneratorFile::default_of("phase-coupled").unwrap();
     std::fs::write(board.at("walk.toml"), file.to_toml()).unwrap();
     let [walk, out] = ["walk.toml", "tuned.toml"].map(|name| board.at(name).display().to_string());
-    until("the name of the serial port", || !board.of_kind("serial").is_empty());
-    let port = board.of_kind("serial")[0]["port"].as_str().expect("a name").to_owned();
+    let port = board.port();
     let save = || board.xtask(&format!("board save {walk} --serial {port} --out {out} --force"));
     let set = |words: &[&str]| {
         let words = [&["footfall", "set", "--serial", &port], words].concat();
@@ -330,8 +109,7 @@ fn what_was_tuned_becomes_the_record() {
 /// All steps are skipped: what is left is what the probe adds.
 fn the_number_of_the_chip_names_a_bring_up() {
     let board = Bench::with_image(&["--serial"]);
-    until("the name of the serial port", || !board.of_kind("serial").is_empty());
-    let port = board.of_kind("serial")[0]["port"].as_str().expect("a name").to_owned();
+    let port = board.port();
     let out = board.at("found.toml");
     let mut bringup = board.beside("cargo", "");
     bringup.args(["xtask", "bringup", "--serial", &port, "--out"]).arg(&out);
@@ -413,7 +191,7 @@ fn the_runner_of_cargo_seals_writes_and_starts() {
         let mut command = board.beside(words.next().expect("a program"), folder);
         let mut log = Log::start(command.args(words).arg(&unsealed));
         log.until("disarmed");
-        let said = log.end();
+        let said = log.terminate();
         assert!(said.contains("image for f4-discovery"), "{said}");
         assert_eq!(board.memory(SEAL as u32, 4), b"SEAL");
         board.command("power");

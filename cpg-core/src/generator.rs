@@ -11,6 +11,9 @@ use crate::math::phase_point::PhasePoint;
 /// clock: the caller calls [`Generator::step`] once every control period. All other methods but [`Generator::reset`] only read the state, so
 /// they may be called in any number and order.
 ///
+/// For a generator of your own: [`Generator::angles`] may jump, as nothing here limits them; `joint-loop` and [`crate::transition::Smooth`] do.
+/// The README of `joint-loop` has a complete example.
+///
 /// ```
 /// use cpg_core::Generator;
 /// use cpg_core::gait::catalogue;
@@ -57,10 +60,10 @@ pub trait Generator<const N: usize> {
     }
 
     /// Amplitude relative to that of the wanted limit cycle, 0 or above: near 1 on the cycle, 0 at rest. How much it varies within a stride
-    /// depends on the generator.
+    /// depends on the generator; one without such a size returns 1.
     fn amplitude(&self) -> f32;
 
-    /// Whether every state is finite and inside the bound that the generator states.
+    /// Whether every state is finite and inside the bound that the generator states. After `Ok`, angles and rates must be finite.
     ///
     /// # Errors
     /// [`StateFault`] names the first state that is not.

@@ -11,7 +11,7 @@ export const AT_REST = { emergency_stop: true, button: true, foot_switch: false 
 
 /** What arms it: the test of the emergency stop, and a hold of the button. */
 export const ARMING = [
-  { s: 0.1, pin: 'emergency_stop', level: false },
+  { s: 0.15, pin: 'emergency_stop', level: false },
   { s: 0.25, pin: 'emergency_stop', level: true },
   { s: 0.3, pin: 'button', level: false },
   { s: 0.7, pin: 'button', level: true },

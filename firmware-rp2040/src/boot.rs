@@ -4,6 +4,7 @@ use embassy_executor::{Executor, SpawnError, SpawnToken};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use firmware_rp2040::board::{BOARD, NO_FOLLOWER};
 use firmware_shared::lamp::Shown;
+use firmware_shared::licence::Licence;
 use firmware_shared::pacing::Pacer;
 use firmware_shared::post_mortem::LOCKOUT_STREAK;
 use firmware_shared::pulse_check::PulseCheck;
@@ -19,6 +20,7 @@ use crate::environment::Environment;
 use crate::faults::LastRun;
 use crate::pins::{PinRegisters, Pull};
 use crate::program::ProgramCheck;
+use crate::removed::{Protection, lacks};
 use crate::requests::{REQUESTS_QUEUED, Requests};
 use crate::sampling::REFERENCE;
 use crate::servo_pwm::{self, Outputs};
@@ -95,8 +97,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     servo_pwm::drive_pins_low();
     stopwatch::start();
     lamps::start();
-    let Built { joint_loop, check, boot, unnamed, sensors, built_in_robot, lacks_brown_out_reset } =
-        build_loop(&last_run);
+    let Built { joint_loop, check, licence, boot, unnamed, sensors, built_in_robot } = build_loop(&last_run);
     let outputs = Outputs::new();
     BOARD.sync_output.set(false);
     BOARD.sync_output.make_output();
@@ -131,7 +132,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
         conditions: conditions_in,
         ticks_to_settings: 1,
         ticks_to_record: FIRST_RECORD,
-        locked_out: last_run.streak >= LOCKOUT_STREAK || lacks_brown_out_reset,
+        licence,
         built_in_robot,
         pacer: Pacer::default(),
         compared: 0,
@@ -191,12 +192,12 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
 struct Built {
     joint_loop: &'static mut BoardLoop,
     check: PulseCheck,
+    licence: Licence,
     boot: Boot,
     /// Check sums of the generator's and the robot's parameters.
     unnamed: [u32; 2],
     sensors: usize,
     built_in_robot: bool,
-    lacks_brown_out_reset: bool,
 }
 
 /// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
@@ -222,23 +223,32 @@ fn build_loop(last_run: &LastRun) -> Built {
     let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
     match board_loop_at(LOOP.uninit(), parameters, REFERENCE, min_supply, SENSOR_REQUIRED) {
         Ok(joint_loop) => {
-            // Where the last pulses of the run before are not known, an arming starts at the park pose.
-            if let Some(last) = last_run.outputs {
-                joint_loop.start_from(last.pulses_us.map(PulseMicros));
-            }
-            let check = match PulseCheck::new(&parameters.robot) {
+            // Where the last pulses of the run before are not known, a motion starts at the park pose.
+            let mut check = match PulseCheck::new(&parameters.robot) {
                 Ok(check) => check,
                 // The loop has built the same servo maps.
+                Err(refusal) => stay_off(Subject::Configuration, refusal),
+            };
+            if let Some(last) = last_run.outputs.map(|last| last.pulses_us.map(PulseMicros))
+                && joint_loop.start_from(last)
+            {
+                check.start_from(last);
+            }
+            let crashed = last_run.streak >= LOCKOUT_STREAK && !lacks(Protection::LockOut);
+            let unsupplied = loaded.lacks_brown_out_reset() && !lacks(Protection::BrownOut);
+            let licence = match Licence::new(crashed || unsupplied) {
+                Ok(licence) => licence,
+                // The loop has the same button.
                 Err(refusal) => stay_off(Subject::Configuration, refusal),
             };
             Built {
                 joint_loop,
                 check,
+                licence,
                 boot,
                 unnamed: loaded.unnamed,
                 sensors: parameters.sensors.count(),
                 built_in_robot: loaded.built_in_robot,
-                lacks_brown_out_reset: loaded.lacks_brown_out_reset(),
             }
         }
         Err(refusal) => stay_off(Subject::Configuration, refusal),

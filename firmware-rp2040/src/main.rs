@@ -60,6 +60,9 @@ mod protections;
 #[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
 #[cfg(target_os = "none")]
+#[path = "../../firmware-shared/program/removed.rs"]
+mod removed;
+#[cfg(target_os = "none")]
 #[path = "../../firmware-shared/program/requests.rs"]
 mod requests;
 #[cfg(target_os = "none")]

@@ -16,6 +16,7 @@ use embassy_rp::pac::pwm::regs::{ChCc, ChCsr};
 use firmware_rp2040::board::BOARD;
 use firmware_rp2040::timing::{CORE_MHZ, FRAME_STARTS_US};
 use firmware_shared::frame_phase::{FRAME_US, FramePhase};
+use firmware_shared::licence::Permit;
 use firmware_shared::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
@@ -162,8 +163,8 @@ impl Outputs {
         Self { driving: false, released: FRAME_TICKS, widths: NO_PULSES, phase: FramePhase::default(), seen: (0, 0) }
     }
 
-    /// Outputs these widths from the next frame on.
-    pub(crate) fn drive(&mut self, widths: [PulseMicros; 4]) {
+    /// Outputs these widths from the next frame on. Whoever has no permit of this tick has no way to make a pulse.
+    pub(crate) fn drive(&mut self, _: Permit, widths: [PulseMicros; 4]) {
         if !self.driving {
             // Widths of 0 have not reached the outputs before a frame has started since.
             if self.released < FRAME_TICKS {

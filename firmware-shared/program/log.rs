@@ -192,7 +192,9 @@ mod lines {
                 BROWN_OUT_HELP
             ),
             Warnings::BUILT_IN_ROBOT => {
-                defmt::warn!("no robot record: the built-in robot walks; `cargo xtask flash --robot` writes yours")
+                defmt::warn!(
+                    "no robot record: the built-in robot walks; `cargo xtask flash --keep --robot` writes yours"
+                )
             }
             Warnings::CATCHES => defmt::warn!(
                 "a debugger halts the core in a fault or after a reset, and no handler runs: end its program, then switch the board off and on"

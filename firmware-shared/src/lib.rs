@@ -7,6 +7,7 @@
 //! - [`frame_phase`]: whether the servo frames keep their distance from the clock.
 //! - [`lamp`]: what the lamps show.
 //! - [`last_outputs`]: how the servo outputs ended, in RAM for the next boot.
+//! - [`licence`]: the licence to move, which only a hold of the button makes.
 //! - [`liveness`]: whether the watchdog may be reloaded, and how long after the last reload it resets.
 //! - [`oscillator`]: how the watchdog's oscillator is measured.
 //! - [`pacing`]: which control period a sample belongs to, how many were missed.
@@ -19,6 +20,7 @@
 pub mod frame_phase;
 pub mod lamp;
 pub mod last_outputs;
+pub mod licence;
 pub mod liveness;
 pub mod oscillator;
 pub mod pacing;

@@ -14,6 +14,7 @@ use firmware::crystal::HseFault;
 use wire::BrownOut;
 
 use crate::crystal_timer;
+use crate::removed::{Protection, lacks};
 
 const CLOCKS: ClockTree = BOARD.clocks;
 const _: () = assert!(CLOCKS.is_exact(), "the timers count microseconds");
@@ -89,7 +90,7 @@ pub(crate) fn start() -> Result<(), HseFault> {
     set_wait_states();
     start_flash_accelerator();
     // From here on a crystal that stops raises the non-maskable interrupt, and breaks TIM1 in hardware.
-    RCC.cr().modify(|w| w.set_csson(true));
+    RCC.cr().modify(|w| w.set_csson(!lacks(Protection::ClockSecurity)));
     for (register, started) in registers().into_iter().zip(&STARTED) {
         started.store(register, Ordering::Relaxed);
     }

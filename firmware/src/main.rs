@@ -42,6 +42,8 @@ mod pins;
 mod program;
 #[path = "../../firmware-shared/program/queue.rs"]
 mod queue;
+#[path = "../../firmware-shared/program/removed.rs"]
+mod removed;
 #[path = "../../firmware-shared/program/requests.rs"]
 mod requests;
 #[path = "../../firmware-shared/program/rtt.rs"]
@@ -75,6 +77,7 @@ mod boot {
     use firmware::crystal::HseFault;
     use firmware::interrupts::{BLOCK_END, BREAK, EDGE, Enabled, TASK_CLOCK, TICK};
     use firmware_shared::lamp::Shown;
+    use firmware_shared::licence::Licence;
     use firmware_shared::pacing::Pacer;
     use firmware_shared::post_mortem::LOCKOUT_STREAK;
     use firmware_shared::pulse_check::PulseCheck;
@@ -90,6 +93,7 @@ mod boot {
     use crate::faults::LastRun;
     use crate::pins::PinRegisters;
     use crate::program::ProgramCheck;
+    use crate::removed::{Protection, lacks};
     use crate::requests::{REQUESTS_QUEUED, Requests};
     use crate::serial;
     use crate::servo_pwm::{self, Outputs};
@@ -163,7 +167,7 @@ mod boot {
         // Another chip may not bear this one's clock.
         let chip = chip::compare();
         let clock = if chip.is_ok() { clocks::start() } else { Ok(()) };
-        let Built { joint_loop, check, boot, unnamed, sensors, built_in_robot, lacks_brown_out_reset } =
+        let Built { joint_loop, check, licence, boot, unnamed, sensors, built_in_robot } =
             build_loop(&last_run, reference_cal, chip, clock);
         let outputs = Outputs::new(urgency(&BREAK));
         BOARD.sync_output.set(false);
@@ -203,7 +207,7 @@ mod boot {
             conditions: conditions_in,
             ticks_to_settings: 1,
             ticks_to_record: FIRST_RECORD,
-            locked_out: last_run.streak >= LOCKOUT_STREAK || lacks_brown_out_reset,
+            licence,
             built_in_robot,
             pacer: Pacer::default(),
             compared: 0,
@@ -268,12 +272,12 @@ mod boot {
     struct Built {
         joint_loop: &'static mut BoardLoop,
         check: PulseCheck,
+        licence: Licence,
         boot: Boot,
         /// Check sums of the generator's and the robot's parameters.
         unnamed: [u32; 2],
         sensors: usize,
         built_in_robot: bool,
-        lacks_brown_out_reset: bool,
     }
 
     /// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
@@ -304,23 +308,32 @@ mod boot {
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
         match board_loop_at(LOOP.uninit(), parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
             Ok(joint_loop) => {
-                // Where the last pulses of the run before are not known, an arming starts at the park pose.
-                if let Some(last) = last_run.outputs {
-                    joint_loop.start_from(last.pulses_us.map(PulseMicros));
-                }
-                let check = match PulseCheck::new(&parameters.robot) {
+                // Where the last pulses of the run before are not known, a motion starts at the park pose.
+                let mut check = match PulseCheck::new(&parameters.robot) {
                     Ok(check) => check,
                     // The loop has built the same servo maps.
+                    Err(refusal) => stay_off(Subject::Configuration, refusal),
+                };
+                if let Some(last) = last_run.outputs.map(|last| last.pulses_us.map(PulseMicros))
+                    && joint_loop.start_from(last)
+                {
+                    check.start_from(last);
+                }
+                let crashed = last_run.streak >= LOCKOUT_STREAK && !lacks(Protection::LockOut);
+                let unsupplied = loaded.lacks_brown_out_reset() && !lacks(Protection::BrownOut);
+                let licence = match Licence::new(crashed || unsupplied) {
+                    Ok(licence) => licence,
+                    // The loop has the same button.
                     Err(refusal) => stay_off(Subject::Configuration, refusal),
                 };
                 Built {
                     joint_loop,
                     check,
+                    licence,
                     boot,
                     unnamed: loaded.unnamed,
                     sensors: parameters.sensors.count(),
                     built_in_robot: loaded.built_in_robot,
-                    lacks_brown_out_reset: loaded.lacks_brown_out_reset(),
                 }
             }
             Err(refusal) => stay_off(Subject::Configuration, refusal),

@@ -12,6 +12,7 @@ use firmware_shared::pacing::since;
 use portable_atomic::{AtomicU8, Ordering};
 
 use crate::parameters::flash;
+use crate::removed::{Protection, lacks};
 use crate::stopwatch;
 use crate::variant::SEAL_REQUIRED;
 
@@ -34,7 +35,7 @@ static STATE: AtomicU8 = AtomicU8::new(CHECKING);
 
 /// Whether the board may not arm: the first pass has not ended, or the program is wrong.
 pub(crate) fn is_unproven() -> bool {
-    !matches!(STATE.load(Ordering::Relaxed), PROVEN | UNSEALED)
+    !matches!(STATE.load(Ordering::Relaxed), PROVEN | UNSEALED) && !lacks(Protection::Seal)
 }
 
 /// Whether the image has a seal.

@@ -25,11 +25,13 @@ use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
 use firmware::board::{BOARD, Port};
 use firmware_shared::frame_phase::{FRAME_US, FramePhase};
+use firmware_shared::licence::Permit;
 use firmware_shared::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
 use crate::pins::{FunctionPins, PinRegisters};
+use crate::removed::{Protection, lacks};
 use crate::{kept_outputs, servo_rail, stopwatch, watchdog};
 
 /// The same in ticks, and one more: a frame has started in any span so long.
@@ -97,11 +99,15 @@ pub(crate) fn drive_pins_low() {
 ///
 /// Before TIM1 has a clock, its registers read 0 and the write to it has no effect, and the pins are low already.
 pub(crate) fn outputs_off() {
-    servo_rail::off();
+    if !lacks(Protection::SupplyFirst) {
+        servo_rail::off();
+    }
     cortex_m::interrupt::disable();
     if TIM1.bdtr().read().moe() {
         set_widths(NO_PULSES);
-        let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
+        if !lacks(Protection::PulseEnd) {
+            let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
+        }
         kept_outputs::off();
     } else if kept_outputs::are_on() {
         // The clock failed, or the break came this moment: its interrupt will not run any more.
@@ -137,7 +143,9 @@ fn TIM1_BRK_TIM9() {
 }
 
 fn on_break() {
-    servo_rail::off();
+    if !lacks(Protection::SupplyInBreak) {
+        servo_rail::off();
+    }
     // Off until the next arming: the flag comes back as long as the input is active.
     TIM1.dier().modify(|w| w.set_bie(false));
     let cut = pulses_under_way();
@@ -189,8 +197,8 @@ impl Outputs {
         Self { driving: false, released: FRAME_TICKS, widths: NO_PULSES, phase: FramePhase::default() }
     }
 
-    /// Outputs these widths from the next frame on.
-    pub(crate) fn drive(&mut self, widths: [PulseMicros; 4]) {
+    /// Outputs these widths from the next frame on. Whoever has no permit of this tick has no way to make a pulse.
+    pub(crate) fn drive(&mut self, _: Permit, widths: [PulseMicros; 4]) {
         if !self.driving {
             cold_path();
             // Widths of 0 have not reached the outputs before a frame has started since.

@@ -12,6 +12,7 @@ use embassy_stm32::pac::{DBGMCU, IWDG};
 use firmware_shared::liveness::{PRESCALER, RELOAD};
 use firmware_shared::pacing::since;
 
+use crate::removed::{Protection, lacks};
 use crate::stopwatch;
 
 const _: () = assert!(PRESCALER == 4, "the divider that `start` writes");
@@ -67,6 +68,8 @@ pub(crate) fn start() {
 /// Reloads the watchdog. A debugger may have changed the bits that stop it since the last time.
 pub(crate) fn feed() {
     // No tick may switch the outputs on between the read of the state and the write.
-    cortex_m::interrupt::free(|_| write_freeze(!RUNS_ON.load(Ordering::Relaxed)));
+    if !lacks(Protection::FreezeBits) {
+        cortex_m::interrupt::free(|_| write_freeze(!RUNS_ON.load(Ordering::Relaxed)));
+    }
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

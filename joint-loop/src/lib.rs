@@ -113,3 +113,7 @@ pub use setup::robot_config::{FollowerRules, Robot, RobotConfig};
 pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 pub use store::flash_record::FlashRecordError;
 pub use store::record_name::RecordName;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

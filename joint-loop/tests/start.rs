@@ -3,8 +3,8 @@
 mod support;
 
 use joint_loop::motion::start::KNOWN_S;
-use joint_loop::{BoardFaults, JointLoop, LoopConfig, Sample, SupervisorState};
-use joint_units::{Joint, PulseMicros, Radians};
+use joint_loop::{BoardFaults, Gate, JointLoop, LoopConfig, Sample, SupervisorState};
+use joint_units::{Joint, Period, PulseMicros, Radians};
 use support::*;
 
 /// Ticks for which the last pulses are held.
@@ -90,14 +90,43 @@ fn after_a_reset_an_arming_starts_at_the_pulses_that_were_kept() {
     }
 }
 
-/// Pulses of another robot.
+/// Pulses that no servo has.
 #[test]
-fn pulses_that_are_not_allowed_are_not_known() {
-    for wrong in [[0; 4], [499; 4], [2_501; 4], [u16::MAX; 4], [500; 4]] {
+fn pulses_of_no_servo_are_not_known() {
+    for wrong in [[0; 4], [499; 4], [2_501; 4], [u16::MAX; 4]] {
         let (mut joints, mut fresh) = (default_loop(), default_loop());
         assert!(!joints.start_from(wrong.map(PulseMicros)), "{wrong:?}");
         assert!(!joints.knows_last_pulses());
         assert_eq!(armed(&mut joints, 3_000), armed(&mut fresh, 3_000));
+    }
+}
+
+/// Pulses that a trim has left, or another robot: outside of the joints' ranges, or in them and outside of the pose envelope. Each is held, and left by a
+/// microsecond in ten ticks, up to the first pose that the gate allows.
+#[test]
+fn pulses_that_the_gate_does_not_allow_are_left_slowly() {
+    for wrong in [[500; 4], [2_500, 1_500, 1_056, 1_944], [1_500, 700, 1_056, 1_944], [2_166, 834, 2_333, 667]] {
+        let mut joints = default_loop();
+        assert!(joints.start_from(wrong.map(PulseMicros)), "{wrong:?}");
+        let run = armed(&mut joints, 30_000);
+        assert!(run[..WAIT].iter().all(|(pulses, ..)| *pulses == wrong.map(PulseMicros)), "{wrong:?} is held");
+        let config = LoopConfig::default_biped();
+        let gate = Gate::build(&config.gate, Period::MILLISECOND).expect("valid");
+        let is_allowed = |pulses: &[PulseMicros; 4]| {
+            let pose = Joint::ALL
+                .map(|joint| config.servos[joint as usize].build(joint).expect("valid").angle(pulses[joint as usize]));
+            gate.rest(pose).is_some()
+        };
+        let allowed = run.iter().position(|(pulses, ..)| is_allowed(pulses)).expect("it comes to an allowed pose");
+        let mut moved = 0;
+        for (n, two) in run[..allowed].windows(2).enumerate() {
+            if two[0].0 != two[1].0 {
+                let most = two[0].0.iter().zip(two[1].0).map(|(was, is)| was.0.abs_diff(is.0)).max();
+                assert!(most == Some(1) && n - moved >= 10, "{two:?} at {n}");
+                moved = n;
+            }
+        }
+        assert_eq!(run.last().expect("it moves").2, SupervisorState::Walking, "{wrong:?}");
     }
 }
 

@@ -168,15 +168,23 @@ fn a_stop_request_leads_out_of_trim_ready_whatever_else_demands_a_stop() {
 
 /// A hold that was meant for a trim does not start a walk, whatever ended the trim before; a stop request leads back.
 #[test]
-fn after_a_trim_a_hold_trims_again_from_the_park_pose() {
+fn after_a_trim_a_hold_trims_again_from_where_it_ended() {
     let mut joints = trimming(Joint::RightHip);
-    jog(&mut joints, 1_600);
-    run(&mut joints, 300);
     for _ in 0..3 {
+        jog(&mut joints, 1_600);
+        run(&mut joints, 300);
+        let ended = pulses(&joints);
+        assert!((30..=31).contains(&(ended[1] - parked()[1])), "{ended:?}");
         press(&mut joints);
         assert_eq!(joints.state(), SupervisorState::TrimReady);
         hold(&mut joints);
-        assert_eq!((joints.state(), pulses(&joints)), (SupervisorState::Trimming, parked()));
+        assert_eq!(joints.state(), SupervisorState::Trimming);
+        // It went on to its goal until the press counted, and has begun the way back.
+        assert!(pulses(&joints)[1].abs_diff(ended[1]) <= 3, "{:?} after {ended:?}", pulses(&joints));
+        run(&mut joints, 250);
+        assert!(pulses(&joints)[1] > parked()[1], "slowly");
+        run(&mut joints, 100);
+        assert_eq!(pulses(&joints), parked());
     }
     press(&mut joints);
     assert_eq!(ask(&mut joints, Action::Trim { joint: Joint::LeftKnee }), Outcome::Staged);
@@ -185,6 +193,100 @@ fn after_a_trim_a_hold_trims_again_from_the_park_pose() {
     // The sensors are open: the walk refuses.
     hold(&mut joints);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
+}
+
+/// A servo whose trim ended far outside of its joint's range, beside the trim of another one: it goes to the park pose as slowly as a trim, and only
+/// then can the other one be moved.
+#[test]
+fn another_trim_begins_by_the_way_to_the_park_pose() {
+    let mut joints = trimming(Joint::LeftHip);
+    let far = trimmed_to(&mut joints, 0, 2_500);
+    press(&mut joints);
+    assert_eq!(ask(&mut joints, Action::Trim { joint: Joint::RightKnee }), Outcome::Staged);
+    hold(&mut joints);
+    let begun = pulses(&joints);
+    assert!(begun[0].abs_diff(far) <= 2 && begun[1..] == parked()[1..], "{begun:?}");
+    assert_eq!(jog(&mut joints, parked()[3] - 100), Outcome::InEffect);
+    let mut ticks = 0;
+    while pulses(&joints)[0] != parked()[0] {
+        let was = pulses(&joints);
+        // A host repeats its jog.
+        jog(&mut joints, parked()[3] - 100);
+        ticks += 1;
+        let is = pulses(&joints);
+        assert!(was[0] - is[0] <= 1 && is[1..] == parked()[1..], "{was:?} {is:?}");
+    }
+    assert_eq!(u32::div_ceil(ticks, 10), u32::from(begun[0] - parked()[0]));
+    run(&mut joints, 1_000);
+    assert_eq!(pulses(&joints)[3], parked()[3] - 100);
+}
+
+/// A walk after such a trim: it starts at the last pulse, holds it, leaves it as slowly as a trim up to the range of the joint, and goes on at the rate of
+/// the joint. A stop on the way ends where the servo is, and the next hold starts there.
+#[test]
+fn a_walk_after_a_trim_starts_where_the_trim_ended_and_leaves_it_slowly() {
+    const MOST: u16 = 2_167; // 60 degrees, the end of the hip's range
+    let mut joints = trimming(Joint::LeftHip);
+    trimmed_to(&mut joints, 0, 2_500);
+    press(&mut joints);
+    // The first stop request is taken in trim_ready.
+    assert_eq!(ask(&mut joints, Action::Stop), Outcome::InEffect);
+    assert_eq!(joints.state(), SupervisorState::Disarmed);
+    let good_hold = |joints: &mut Board| {
+        (0..5_400).for_each(|n| tick(joints, &Sample { button: n >= 5_000, ..good(n) }));
+        (0..20).for_each(|n| tick(joints, &good(n)));
+        assert_eq!(joints.state(), SupervisorState::Arming);
+    };
+    let mut last = 2_500;
+    for round in 0..2 {
+        good_hold(&mut joints);
+        let begun = pulses(&joints);
+        assert!(begun[0].abs_diff(last) <= 2 && begun[1..] == parked()[1..], "{begun:?} after {last}");
+        for n in 0..400 {
+            tick(&mut joints, &good(n));
+            assert_eq!(pulses(&joints), begun, "held");
+        }
+        let mut moved = 0;
+        // In the second round as far as the range of the joint.
+        for n in 0..if round == 0 { 1_500_u32 } else { 400 } {
+            let was = pulses(&joints)[0];
+            tick(&mut joints, &good(n));
+            if pulses(&joints)[0] != was {
+                assert!(pulses(&joints)[0] + 1 == was && (moved == 0 || n - moved >= 10), "{was} {n}");
+                moved = n;
+            }
+        }
+        last = pulses(&joints)[0];
+        assert!(last < begun[0] - 20 && last > MOST, "{last}");
+        if round == 0 {
+            (0..20).for_each(|n| tick(&mut joints, &Sample { button: true, ..good(n) }));
+            assert_eq!(joints.state(), SupervisorState::Stopping);
+            let mut ticks = 0;
+            while joints.state() == SupervisorState::Stopping {
+                last = pulses(&joints)[0];
+                tick(&mut joints, &good(ticks));
+                ticks += 1;
+            }
+            assert_eq!((joints.state(), ticks), (SupervisorState::Disarmed, 1_501));
+        }
+    }
+    let mut walked = 0;
+    for n in 0..10_000_u32 {
+        let was = pulses(&joints)[0];
+        tick(&mut joints, &good(n));
+        let step = pulses(&joints)[0].abs_diff(was);
+        assert!(step <= if was > MOST { 1 } else { 7 }, "{was} {step}");
+        walked += u32::from(joints.state() == SupervisorState::Walking);
+    }
+    assert!(walked > 2_000, "{walked}");
+}
+
+/// Trims a joint to a pulse, with a host that repeats its jog; the pulse.
+fn trimmed_to(joints: &mut Board, place: usize, pulse: u16) -> u16 {
+    while pulses(joints)[place] != pulse {
+        assert_eq!(jog(joints, pulse), Outcome::InEffect);
+    }
+    pulse
 }
 
 #[test]
@@ -239,12 +341,14 @@ fn step() -> impl Strategy<Value = Sample<1>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
-    /// Any requests and presses: outputs come on by the release after a hold only; in a trim at most one servo is off its park pulse, it moves by at
-    /// most a microsecond in ten ticks, and stays within its pulses.
+    /// Any requests and presses: outputs come on by the release after a hold only, at the last pulses or after a minute at the park pose; in a trim at
+    /// most one servo moves away from its park pulse, only while the others are at theirs; each moves by at most a microsecond in ten ticks, and stays
+    /// within its pulses.
     #[test]
     fn a_trim_is_slow_and_moves_one_servo(steps in prop::collection::vec((step(), 1_u32..700), 1..60)) {
         let mut joints = board();
         let (mut moved, mut tick, mut held) = (0_u32, 0_u32, 0_u32);
+        let mut last: Option<([u16; 4], u32)> = None;
         for (sample, ticks) in steps {
             for n in 0..ticks {
                 let (before, was) = (joints.state(), pulses(&joints));
@@ -257,8 +361,20 @@ proptest! {
                 prop_assert!(!state.moving() || state == SupervisorState::Trimming, "{:?}", state);
                 prop_assert_eq!(is == [0; 4], state != SupervisorState::Trimming);
                 if state == SupervisorState::Trimming {
-                    let off = is.iter().zip(parked()).filter(|(is, parked)| **is != *parked).count();
-                    prop_assert!(off <= 1 && is.iter().all(|pulse| (500..=2_500).contains(pulse)));
+                    prop_assert!(is.iter().all(|pulse| (500..=2_500).contains(pulse)));
+                    if before != state {
+                        let known = last.filter(|(_, ended)| tick - ended < 59_990).map(|(ended, _)| ended);
+                        let starts = [known, Some(parked()).filter(|_| last.is_none_or(|(_, ended)| tick - ended > 59_990))];
+                        let is_near = |there: &[u16; 4]| is.iter().zip(there).all(|(is, there)| is.abs_diff(*there) <= 1);
+                        prop_assert!(starts.iter().flatten().any(is_near), "{:?} after {:?} at {}", is, last, tick);
+                    } else {
+                        let far = |of: &[u16; 4]| [0, 1, 2, 3].map(|joint| of[joint].abs_diff(parked()[joint]));
+                        let (far_was, far_is) = (far(&was), far(&is));
+                        let leaves = (0..4).find(|joint| far_is[*joint] > far_was[*joint]);
+                        let others = |chosen| (0..4).filter(move |joint| *joint != chosen);
+                        prop_assert!(leaves.is_none_or(|chosen| others(chosen).all(|joint| far_is[joint] == 0)));
+                    }
+                    last = Some((is, tick));
                     if before == state && was != is {
                         prop_assert!(was.iter().zip(&is).all(|(was, is)| was.abs_diff(*is) <= 1) && tick - moved >= 10);
                         moved = tick;

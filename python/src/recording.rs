@@ -166,6 +166,7 @@ impl Recording {
             received: false,
             joints: found,
             notes: vec![],
+            doubts: vec![],
         };
         let recorded = Recorded { name: name.into(), sha256: String::new(), joints: Ok(raw), conversion: None };
         Ok(Self { recorded })
@@ -387,6 +388,8 @@ pub(crate) fn read(
         knee_sign: None,
         hip_sign: None,
         stride_s: None,
+        mirror: false,
+        own_cycles: false,
         sideless: None,
     };
     py.detach(|| Recording::read(&path, &settings))

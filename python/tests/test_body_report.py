@@ -39,6 +39,18 @@ def test_the_nominal_robot_does_what_the_page_says(short: Dict[str, Any]) -> Non
             assert one["pulses_sha256"].startswith(pulses), line["options"]
 
 
+def test_the_sizes_of_the_page_are_those_that_are_computed(short: Dict[str, Any]) -> None:
+    def sizes(lines: List[str]) -> Dict[str, List[float]]:
+        cells = (line.strip("| ").split(" | ") for line in lines if line.startswith(("| desk, ", "| person, ")))
+        return {joint: [float(number) for number in f"{torque}, {speed}".split(", ")] for joint, torque, speed in cells}
+
+    page, computed = sizes(PAGE.splitlines()), sizes(report.text(short))
+    assert list(page) == list(computed) and len(page) == 8
+    for joint, found in computed.items():
+        # A peak is that of a foot that meets the floor, which another kind of processor moves by a step.
+        assert page[joint] == pytest.approx(found, rel=0.05), joint
+
+
 def test_half_of_the_time_step_changes_ten_seconds_by_less_than_a_percent_and_a_half(short: Dict[str, Any]) -> None:
     halved = [line for line in short["rows"] if "halved" in line]
     assert len(halved) == len(report.HALVED) == 3

@@ -57,7 +57,7 @@ def test_the_study_runs_on_ray(samples: Path) -> None:
 
 def test_the_follower_locks(samples: Path) -> None:
     lines = run("follow.py", samples / "walk.csv")
-    assert len(lines) == 19 and all("locked" in line for line in lines[4:])
+    assert len(lines) == 39 and all("locked" in line for line in lines[4:])
 
 
 def test_the_notebook_runs(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 import footfall
 
 
-@pytest.mark.parametrize("name,rows", [("walk.csv", 2000), ("walk.mot", 1200), ("walk.c3d", 1200)])
+@pytest.mark.parametrize("name,rows", [("walk.csv", 4000), ("walk.mot", 1200), ("walk.c3d", 1200)])
 def test_a_recording_has_its_shape(samples: Path, name: str, rows: int) -> None:
     recording = footfall.read(samples / name)
     assert recording.angles_rad.shape == (rows, 4) and recording.time_s.shape == (rows,)

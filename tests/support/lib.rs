@@ -10,6 +10,7 @@
 //! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
 //! - [`pico`]: the image of the Raspberry Pi Pico on an emulator by others;
+//! - [`mod@bench`]: that board as a debug probe with its target;
 //! - [`lockstep`]: a conversation that steps that board;
 //! - [`campaign`]: campaigns of faults on that board;
 //! - [`boot_log`]: what a boot of it says of the run before;
@@ -20,6 +21,7 @@
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
+pub mod bench;
 pub mod board;
 pub mod boot_log;
 pub mod campaign;

@@ -35,8 +35,8 @@ const CRC_BYTES: usize = 4;
 const VERSION_BYTES: usize = 3;
 const MAX_PAYLOAD_BYTES: usize = VERSION_BYTES + MAX_BYTES;
 
-/// Bytes of the longest frame: version, the longest record, their check sum, one byte for each 254 of them and one more, and the zero.
-pub const MAX_FRAME_BYTES: usize = MAX_PAYLOAD_BYTES + CRC_BYTES + (MAX_PAYLOAD_BYTES + CRC_BYTES) / 254 + 2;
+/// Bytes of the longest frame: version, the longest record, their check sum, one byte for each 254 of them and one more, and a zero on either side.
+pub const MAX_FRAME_BYTES: usize = MAX_PAYLOAD_BYTES + CRC_BYTES + (MAX_PAYLOAD_BYTES + CRC_BYTES) / 254 + 3;
 
 /// What a host sends: the version first, as in every version.
 #[derive(Serialize, Deserialize)]
@@ -44,11 +44,16 @@ struct Versioned(u16, #[serde(with = "crate::request")] Request);
 
 /// Frames a record into a buffer and returns the written part. A buffer of [`MAX_FRAME_BYTES`] is enough for every record; `None` if a
 /// shorter one is not.
+///
+/// A zero stands before a boot record too: it ends a frame that the reset has cut short, which would spoil the record.
 pub fn frame_record<'b>(record: &Record, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
     let mut bytes = [0; MAX_PAYLOAD_BYTES];
     let version = postcard::to_slice(&VERSION, &mut bytes).ok()?.len();
     let written = encode(record, bytes.get_mut(version..)?)?.len();
-    frame(bytes.get(..version.saturating_add(written))?, buffer)
+    let zeros = usize::from(matches!(record, Record::Boot(_)));
+    buffer.get_mut(..zeros)?.fill(0);
+    let length = frame(bytes.get(..version.saturating_add(written))?, buffer.get_mut(zeros..)?)?.len();
+    buffer.get(..zeros.saturating_add(length))
 }
 
 /// The same for a request.

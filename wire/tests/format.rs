@@ -193,7 +193,7 @@ fn the_numbers_of_states_are_those_of_version_7() {
         names(&Cause::ALL.map(Cause::name)),
         "none button sensor_open sensor_short sensor_saturated sensor_stuck sensor_spike sensor_rate sensor_out_of_table \
          sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board request host_silent supply late \
-         hold_short hold_long presses person_stands stop_untested watchdog_clock debugger program"
+         hold_short hold_long presses person_stands stop_untested watchdog_clock debugger program memory"
     );
     assert_eq!(
         names(&Validity::ALL.map(Validity::name)),
@@ -250,7 +250,7 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[0], "boot record ends inside a field after 1 bytes"),
         (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 9 can have"),
         (&[2, 7, 8, 0], "change record of 4 bytes holds a value"),
-        (&[2, 7, 5, 32], "change record of 4 bytes holds a value"),
+        (&[2, 7, 5, 33], "change record of 4 bytes holds a value"),
         // A gait beyond the list.
         (
             &[10, 7, 1, 2, 0x90, 0x4e, 0xd0, 0x0f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xd0, 0x0f],

@@ -81,6 +81,36 @@ fn the_longest_record_fits_and_a_shorter_buffer_is_refused() {
     assert!(frame_record(&inputs, &mut buffer).is_some());
 }
 
+/// A board that is reset in the middle of a frame says nothing of the rest.
+#[test]
+fn a_boot_record_survives_a_frame_that_the_reset_cut() {
+    let (mut cut, mut buffer) = ([0; MAX_FRAME_BYTES], [0; MAX_FRAME_BYTES]);
+    let edge = Record::Edge(Edge { tick: 1 << 20, offset_us: 300, high: true, lost_before: false });
+    let cut = frame_record(&edge, &mut cut).expect("it fits");
+    let boot = Record::Boot(Boot {
+        version: VERSION,
+        board: "f4-discovery".try_into().expect("it fits"),
+        chip: "STM32F407VGTx".try_into().expect("it fits"),
+        reset: Reset::Pin,
+        streak: 0,
+        reference_cal: 1_502,
+        min_supply_v: 2.75,
+        sensor_required: true,
+        generator: None,
+        sensors: None,
+        robot: None,
+        shadow: false,
+        last_outputs: None,
+        sealed: None,
+        brown_out: BrownOut { level: 2, wanted: 2 },
+    });
+    let whole = frame_record(&boot, &mut buffer).expect("it fits");
+    for length in 0..=cut.len() {
+        let last = found(&[&cut[..length], whole].concat()).pop().expect("frames").expect("the boot record's");
+        assert_eq!(decode_framed(&last).as_ref(), Ok(&boot), "cut after {length} bytes");
+    }
+}
+
 /// Every first action byte: stop, undo, the table, trim and jog; nothing else is a request. So none arms.
 #[test]
 fn no_byte_is_a_request_to_arm() {

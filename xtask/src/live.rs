@@ -172,7 +172,8 @@ fn behind_probe_rs(board: Board, _: &Path, _: &str, _: &Path, footfall: Command)
 /// The commands that do the same without probe-rs.
 fn other_ways(board: Board, used: Use) -> String {
     let (name, command) = (board.feature(), used.command());
-    let jlink = board.chip().trim_end_matches("Tx");
+    // Without package and temperature range: STM32F407VG of STM32F407VGTx.
+    let jlink = &board.chip()[..board.chip().len() - 2];
     format!(
         "without probe-rs:\n  \
          through the serial port:  cargo xtask {command} --board {name} --serial /dev/ttyACM0\n  \
@@ -180,7 +181,7 @@ fn other_ways(board: Board, used: Use) -> String {
          -c 'rtt start' -c 'rtt server start 9090 1'\n                 \
          and beside it:  cargo xtask {command} --board {name} --rtt tcp:localhost:9090\n  \
          with J-Link:   JLinkExe -device {jlink} -if SWD -speed 4000 -autoconnect 1\n                 \
-         and beside it:  cargo xtask {command} --board {name} --rtt tcp:localhost:19021"
+         and beside it:  cargo xtask {command} --board {name} --rtt jlink:localhost:19021"
     )
 }
 

@@ -144,6 +144,11 @@ impl Workspace {
         self.firmware_with(&format!("{},no-sensor,no-debugger,require-seal", Board::F4Discovery.feature()))
     }
 
+    /// The firmware for the Discovery of which any one protection can be removed: the feature `controls`.
+    pub(crate) fn firmware_controls(&self) -> Result<Image> {
+        self.firmware_with(&format!("{},controls", Board::F4Discovery.feature()))
+    }
+
     fn firmware_with(&self, features: &str) -> Result<Image> {
         eprintln!("build: firmware for {features}");
         let built = executable(self.firmware_build(features)?)?;

@@ -103,6 +103,36 @@ fn the_joints_stop_with_the_person_and_walk_again() {
     }
 }
 
+/// The person stops within 0.1 s, within 0.05 s and at once, at any phase: that may look like a sensor that sticks, which is taken for one as long as the
+/// follower walks on without it. Then every setpoint stands. docs/entrainment.md has the worst times.
+#[test]
+fn the_joints_stop_with_a_person_who_stops_at_once() {
+    const LIMIT_MS: [u32; 3] = [2500, 2500, 2500];
+    for sensor in [Joint::LeftHip, Joint::RightKnee] {
+        for (haste_s, limit) in [0.1, 0.05, 0.005].into_iter().zip(LIMIT_MS) {
+            let mut worst = 0;
+            for start in 0..48 {
+                let mut legs = legs(sensor);
+                let mut person = Person::new(sensor, 1.1);
+                walk(&mut legs, &mut person, 8000 + 23 * start);
+                (person.wanted, person.haste_s) = (0.0, haste_s);
+                for tick in 0..6000 {
+                    walk(&mut legs, &mut person, 1);
+                    if legs.rates().iter().any(|rate| rate.0.abs() > 5f32.to_radians()) {
+                        worst = worst.max(tick);
+                    }
+                }
+                assert!(
+                    legs.status().state != Lock::Locked && legs.amplitude() == 0.0,
+                    "{sensor:?} {haste_s} s, {start}"
+                );
+            }
+            println!("{sensor:?}, a stop within {haste_s} s: still after {worst} ms at most");
+            assert!(worst < limit, "{sensor:?}, {haste_s} s: still after {worst} ms");
+        }
+    }
+}
+
 /// A sensor that is flagged invalid: the walk goes on for 2 s, then stands; a sensor that comes back is followed again, from a hold
 /// as from standing.
 /// A knee whose one stride is late by 7 % of a stride, at 40 phases, and a hip: no stop, the amplitude stays.

@@ -11,6 +11,9 @@ use portable_atomic::{AtomicPtr, AtomicU32, Ordering};
 use crate::board::BOARD;
 use crate::timing::{LATE_END_US, LATE_US};
 use firmware_shared::lamp::Shown;
+use firmware_shared::licence::Licence;
+#[cfg(feature = "controls")]
+use firmware_shared::licence::Permit;
 use firmware_shared::pacing::{Pacer, since};
 use firmware_shared::pulse_check::PulseCheck;
 use heapless::spsc::{Consumer, Producer};
@@ -29,6 +32,8 @@ use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::program;
 use crate::queue;
+use crate::removed::{Protection, lacks};
+use crate::requests;
 use crate::sampling;
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
@@ -88,7 +93,7 @@ pub(crate) struct Control {
     pub(crate) joint_loop: &'static mut BoardLoop,
     pub(crate) outputs: Outputs,
     pub(crate) check: PulseCheck,
-    /// The check has refused the pulses of the last tick.
+    /// The pulses of the last tick had no permit, or the check has refused them.
     pub(crate) refused: bool,
     /// Number of the last sample set.
     pub(crate) last_sequence: Option<u32>,
@@ -110,8 +115,8 @@ pub(crate) struct Control {
     pub(crate) conditions: Producer<'static, Conditions<SENSORS>>,
     pub(crate) ticks_to_settings: u32,
     pub(crate) ticks_to_record: u32,
-    /// Too many crashes in a row, or a brown-out reset that the robot demands and that is off: the button is not passed on.
-    pub(crate) locked_out: bool,
+    /// Locked out after too many crashes in a row, or by a brown-out reset that the robot demands and that is off: the button is not passed on.
+    pub(crate) licence: Licence,
     /// The robot is the built-in one.
     pub(crate) built_in_robot: bool,
     pub(crate) pacer: Pacer,
@@ -158,11 +163,9 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     // Read the hardware first: it may have switched the outputs off already. A break that comes between the two is a break.
     let mut faults = measured.faults;
     control.compared = control.compared.wrapping_add(1);
-    if !control.outputs.as_written()
-        || !clocks::is_as_started()
-        || !sampling::is_as_started(control.compared)
-        || control.refused
-    {
+    let is_as_written =
+        control.outputs.as_written() && clocks::is_as_started() && sampling::is_as_started(control.compared);
+    if !is_as_written && !lacks(Protection::ReadBack) || control.refused {
         cold_path();
         control.refused = false;
         faults = faults.with(BoardFaults::OUTPUTS);
@@ -176,32 +179,40 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         elapsed,
         codes: measured.sensors,
         vrefint: measured.vrefint,
-        button: measured.button && !control.locked_out,
+        button: measured.button && !control.licence.is_locked_out(),
         foot: measured.foot,
         late: start_us > LATE_US || control.ended_late,
         faults,
         watchdog_clock: watchdog_clock::take(),
         debugger: debugger::attached(),
         program_unproven: program::is_unproven(),
-        request: queue::take(&mut control.requests),
+        request: requests::take(&mut control.requests),
     };
 
     let command = control.joint_loop.tick(&sample);
     // Not the whole frame, which is copied only into a queue.
     let (tick, state) = (control.joint_loop.tick_number(), control.joint_loop.state());
-    match command.pulses {
-        Some(_) if SHADOW => {}
-        Some(widths) if control.check.allows(widths, state == SupervisorState::Trimming) => {
-            control.outputs.drive(widths)
+    // Only a hold of the button makes a permit: whatever the loop's memory holds, its pulses go no further without one.
+    let permit = control.licence.tick(sample.button, elapsed, state, command.pulses.is_some());
+    #[cfg(feature = "controls")]
+    let permit = permit
+        .or_else(|| lacks(Protection::Licence).then(|| Permit::without_licence(state == SupervisorState::Trimming)));
+    match (command.pulses, permit) {
+        (Some(_), _) if SHADOW => {}
+        (Some(widths), Some(permit))
+            if control.check.allows(widths, permit.is_trim()) || lacks(Protection::PulseCheck) =>
+        {
+            control.outputs.drive(permit, widths)
         }
-        Some(_) => {
+        (Some(_), _) => {
             cold_path();
             control.refused = true;
+            control.check.rest(elapsed);
             control.outputs.release_without_supply();
         }
-        None => {
+        (None, _) => {
             cold_path();
-            control.check.forget();
+            control.check.rest(elapsed);
             if state == SupervisorState::Fault {
                 control.outputs.release_without_supply();
             } else {
@@ -242,7 +253,10 @@ impl Control {
     fn shown(&self, state: SupervisorState, pulses: bool) -> Shown {
         match state {
             SupervisorState::Fault => Shown::Fault,
-            _ if self.locked_out || program::is_wrong() || self.joint_loop.wrong_watchdog_clock().is_some() => {
+            _ if self.licence.is_locked_out()
+                || program::is_wrong()
+                || self.joint_loop.wrong_watchdog_clock().is_some() =>
+            {
                 Shown::LockedOut
             }
             _ if self.joint_loop.awaits_stop_test() => Shown::StopUntested,

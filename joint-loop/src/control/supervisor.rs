@@ -176,11 +176,13 @@ pub enum Cause {
     Debugger = 30,
     /// The program in flash is not proven to be the one that was built.
     Program = 31,
+    /// The memory that holds the supervisor's state has changed by itself: it held no state.
+    Memory = 32,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 32] = [
+    pub const ALL: [Self; 33] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -213,6 +215,7 @@ impl Cause {
         Self::WatchdogClock,
         Self::Debugger,
         Self::Program,
+        Self::Memory,
     ];
 
     /// Name in telemetry.
@@ -251,6 +254,7 @@ impl Cause {
             Self::WatchdogClock => "watchdog_clock",
             Self::Debugger => "debugger",
             Self::Program => "program",
+            Self::Memory => "memory",
         }
     }
 
@@ -501,7 +505,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 32 * 65 * EVENTS.len() * 4);
+        assert_eq!(checked, 8 * 33 * 67 * EVENTS.len() * 4);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use core::hint::cold_path;
 
 use crate::control::button::{Button, Press};
+use crate::control::kept_status::KeptStatus;
 use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
 use crate::control::supply::{Supply, SupplyState};
@@ -15,7 +16,7 @@ use crate::motion::blend::{Blend, Weight};
 use crate::motion::feedback::{Feedback, FeedbackState};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
-use crate::motion::start::{Start, StartState, pose_of};
+use crate::motion::start::{Start, StartState, Way, found};
 use crate::tuning::{Action, Answer, Outcome, Robot, Settings, Source, Tuner};
 use cpg_core::entrainment::Lock;
 use cpg_core::{Follow, Generator};
@@ -61,12 +62,14 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     monitor_state: MonitorState,
     supply_state: SupplyState,
     watchdog_clock: WatchdogClockState,
-    status: SupervisorStatus,
+    status: KeptStatus,
     weight: Weight,
     feedback: FeedbackState,
-    /// That of the last pulses while they are known, also at rest; else the park pose.
+    /// That of the last pulses while they are known, also at rest, or of the allowed pose next to them; else the park pose.
     gating: GateState,
     started: StartState,
+    /// From the last pulses to `gating`, where they are known and the gate does not allow their pose.
+    way: Option<Way>,
     parked: GateState,
     /// The servo that a hold of the button trims, or that is trimmed; the last one after a trim.
     trim: Option<Trim>,
@@ -89,6 +92,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     pub fn tick(&mut self, sample: &Sample<S>) -> Command {
         // Count. Missed periods are counted and dropped.
         let elapsed = self.count(sample);
+        // What memory holds of the state: no state is a fault, and switches the outputs off in this tick.
+        let before = self.status.read();
         let button = self.stages.button.sample(&mut self.press, sample.button, elapsed);
         if sample.faults.contains(BoardFaults::BREAK_INPUT) {
             cold_path();
@@ -99,18 +104,18 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let sensors = self.measure(sample, elapsed);
 
         // Supervise before any motion, so that a fault in this sample switches the outputs off in this tick.
-        let seen = self.seen(sample, elapsed, sensors);
+        let seen = self.seen(sample, elapsed, sensors, before.state);
         let demand = self.stages.monitor.judge(&mut self.monitor_state, &seen);
-        let asked = self.asked(sample);
-        let demand = self.demand(demand, asked);
-        let inputs = Inputs { button, settled: self.settled(), demand, trim: asked == Asked::Trim };
-        let (mut status, mut actions) = next(self.status, inputs);
+        let asked = self.asked(sample, before.state);
+        let demand = self.demand(demand, asked, before.state);
+        let inputs = Inputs { button, settled: self.settled(before.state), demand, trim: asked == Asked::Trim };
+        let (mut status, mut actions) = next(before, inputs);
 
         // Generate: one step per call in every state, so that each tick has the same cost. Missed steps are not made up.
         self.generate(sample, status.state);
 
         // Blend.
-        let at_park = !self.weight.is_at_start() || self.gating == self.parked;
+        let at_park = !self.weight.is_at_start() || self.is_parked();
         self.weight = self.stages.blend.advance_from(self.weight, actions.motion, at_park);
 
         // Feedback.
@@ -120,7 +125,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
-        let pulses = self.pass(target, actions);
+        let pulses = self.pass(target, actions, before.state != SupervisorState::Trimming);
         if actions.outputs && pulses.is_none() {
             cold_path();
             (status, actions) = next(status, Inputs { demand: Demand::Fault(Cause::NonFinite), ..inputs });
@@ -130,7 +135,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let command = if actions.outputs { Command { pulses } } else { Command::OFF };
 
         // The button: a press acts on one state.
-        if status.state != self.status.state {
+        if status.state != before.state {
             cold_path();
             self.press.spend();
         }
@@ -139,8 +144,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.stages.start.note(&mut self.started, command.pulses.is_some(), elapsed);
 
         // Frame.
-        self.status = status;
-        self.record(command);
+        self.status = KeptStatus::of(status);
+        self.record(status, command);
         command
     }
 
@@ -193,7 +198,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// State of the supervisor after the last tick.
     #[must_use]
     pub fn state(&self) -> SupervisorState {
-        self.status.state
+        self.status.read().state
     }
 
     /// Whether the emergency stop has to be pressed and released before the first arming.
@@ -208,14 +213,14 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.watchdog_clock.wrong()
     }
 
-    /// Takes the last pulses of the run before the reset, before the first tick: an arming within [`crate::motion::start::KNOWN_S`] starts from them.
-    /// Returns false, and an arming starts at the park pose, where a pulse is none of its servo's or the gate does not allow their pose.
+    /// Takes the last pulses of the run before the reset, before the first tick: a motion within [`crate::motion::start::KNOWN_S`] starts from them.
+    /// Returns false, and a motion starts at the park pose, where a pulse is none that a servo can have.
     pub fn start_from(&mut self, pulses: [PulseMicros; Joint::COUNT]) -> bool {
-        let found = pose_of(&self.stages.gate, &self.stages.servos, pulses);
-        if let Some(pose) = found {
-            (self.gating, self.started) = (pose, StartState::ENDED);
+        let is_known = self.stand_at(pulses);
+        if is_known {
+            self.started = StartState::ENDED;
         }
-        found.is_some()
+        is_known
     }
 
     /// Whether the last pulses are known, so that an arming starts from them.
@@ -257,11 +262,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             monitor_state: MonitorState::default(),
             supply_state: SupplyState::default(),
             watchdog_clock: WatchdogClockState::default(),
-            status: SupervisorStatus::default(),
+            status: KeptStatus::of(SupervisorStatus::default()),
             weight: Weight::default(),
             feedback: FeedbackState::NONE,
             gating: parked,
             started: StartState::UNKNOWN,
+            way: None,
             parked,
             trim: None,
             frame: Frame {
@@ -324,14 +330,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Takes the request of a tick, and answers it; what it asks of the supervisor.
-    fn asked(&mut self, sample: &Sample<S>) -> Asked {
+    fn asked(&mut self, sample: &Sample<S>, state: SupervisorState) -> Asked {
         self.tuner.begin();
         let Some(request) = sample.request else { return Asked::Nothing };
         cold_path();
         let outcome = match request.action {
-            Action::Trim { .. } | Action::Jog { .. } => {
-                self.stages.trimmer.take(&mut self.trim, self.status.state, request.action)
-            }
+            Action::Trim { .. } | Action::Jog { .. } => self.stages.trimmer.take(&mut self.trim, state, request.action),
             _ => self.tuner.take(request, self.generator.follow_lock().is_some()),
         };
         self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
@@ -343,8 +347,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Demand of the monitor and of the host on the supervisor.
-    fn demand(&self, seen: Demand, asked: Asked) -> Demand {
-        let state = self.status.state;
+    fn demand(&self, seen: Demand, asked: Asked, state: SupervisorState) -> Demand {
         if seen == Demand::Go && asked == Asked::Nothing && state == SupervisorState::Walking {
             return Demand::Go;
         }
@@ -363,8 +366,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Inputs of the monitor.
-    fn seen(&mut self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Observation {
-        let moving = self.status.state.moving();
+    fn seen(&mut self, sample: &Sample<S>, elapsed: u32, sensors: Validity, state: SupervisorState) -> Observation {
+        let moving = state.moving();
         let supply = self
             .stages
             .supply
@@ -388,18 +391,16 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Whether the ramp of the present state has ended.
-    fn settled(&self) -> bool {
+    fn settled(&self, state: SupervisorState) -> bool {
         let blend = &self.stages.blend;
-        if self.status.state == SupervisorState::Walking {
+        if state == SupervisorState::Walking {
             return false;
         }
         cold_path();
-        match self.status.state {
+        match state {
             SupervisorState::Arming => blend.risen(self.weight),
             // The gate may be a few ticks behind the target. If it does not reach the target, the stop ends when overdue.
-            SupervisorState::Stopping => {
-                blend.overdue(self.weight) || (blend.stopped(self.weight) && self.gating == self.parked)
-            }
+            SupervisorState::Stopping => blend.overdue(self.weight) || (blend.stopped(self.weight) && self.is_parked()),
             _ => false,
         }
     }
@@ -437,9 +438,32 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
+    /// Whether the pulses are in the park pose.
+    fn is_parked(&self) -> bool {
+        self.gating == self.parked && self.way.is_none()
+    }
+
+    /// The gate stands with these pulses; false, and nothing changes, where a pulse is none that a servo can have.
+    fn stand_at(&mut self, pulses: [PulseMicros; Joint::COUNT]) -> bool {
+        let found = found(&self.stages.gate, &self.stages.servos, &self.parked, pulses);
+        if let Some((gating, way)) = found {
+            (self.gating, self.way) = (gating, way);
+        }
+        found.is_some()
+    }
+
+    /// The pulses with which the gate stands; `None` only where its state is not finite, which it never is.
+    fn standing(&self) -> Option<[PulseMicros; Joint::COUNT]> {
+        match self.way {
+            Some(way) => Some(way.at),
+            None if self.gating == self.parked => Some(self.stages.trimmer.parked()),
+            None => ServoMap::pulses(&self.stages.servos, self.stages.gate.pose(&self.gating)),
+        }
+    }
+
     /// The pose that this tick aims at: while the last pulses are held, theirs.
     fn target(&self) -> [Radians; Joint::COUNT] {
-        let is_elsewhere = self.weight.is_at_start() && self.gating != self.parked;
+        let is_elsewhere = self.weight.is_at_start() && !self.is_parked();
         if is_elsewhere && !self.stages.start.has_begun(self.started) {
             cold_path();
             self.stages.gate.pose(&self.gating)
@@ -469,20 +493,30 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Computes setpoints and pulses for a target; `None` if the outputs stay off or an angle is not finite.
-    fn pass(&mut self, target: [Radians; Joint::COUNT], actions: Actions) -> Option<[PulseMicros; Joint::COUNT]> {
+    fn pass(
+        &mut self,
+        target: [Radians; Joint::COUNT],
+        actions: Actions,
+        begins_trim: bool,
+    ) -> Option<[PulseMicros; Joint::COUNT]> {
         self.frame.limited = GateStatus::NONE;
         if actions.motion != Motion::Run {
             cold_path();
         }
         match actions.motion {
             Motion::Freeze => return None,
-            Motion::Trim => return self.trim(),
+            Motion::Trim => return self.trim(begins_trim),
             Motion::Rest => {
-                self.gating = if self.started.is_known() { self.gating.at_rest() } else { self.parked };
+                (self.gating, self.way) =
+                    if self.started.is_known() { (self.gating.at_rest(), self.way) } else { (self.parked, None) };
                 self.frame.setpoints = self.stages.blend.park();
                 return None;
             }
             Motion::Rise | Motion::Run | Motion::Stop | Motion::Hurry => {}
+        }
+        if let Some(way) = self.way {
+            cold_path();
+            return self.go(way);
         }
         let (setpoints, limited) = self.stages.gate.limit(&mut self.gating, target).ok()?;
         let pulses = ServoMap::pulses(&self.stages.servos, setpoints)?;
@@ -492,16 +526,30 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         Some(pulses)
     }
 
-    /// Pulses of a trim: one servo as the trim has it, the others in the park pose.
-    fn trim(&mut self) -> Option<[PulseMicros; Joint::COUNT]> {
+    /// Pulses of a way: held for as long as those of an allowed pose, then on to where the gate stands.
+    #[cold]
+    #[inline(never)]
+    fn go(&mut self, mut way: Way) -> Option<[PulseMicros; Joint::COUNT]> {
+        let start = self.stages.start;
+        let goal = ServoMap::pulses(&self.stages.servos, self.stages.gate.pose(&self.gating))?;
+        let is_there = start.has_begun(self.started) && way.step(start, goal);
+        self.way = Some(way).filter(|_| !is_there);
+        for ((setpoint, servo), pulse) in self.frame.setpoints.iter_mut().zip(&self.stages.servos).zip(way.at) {
+            *setpoint = servo.angle(pulse);
+        }
+        Some(way.at)
+    }
+
+    /// Pulses of a trim: one servo as the trim has it, the others in the park pose, or on their way there.
+    fn trim(&mut self, begins: bool) -> Option<[PulseMicros; Joint::COUNT]> {
         let mut trim = self.trim?;
-        if self.status.state != SupervisorState::Trimming {
-            trim = self.stages.trimmer.begin(trim.joint());
+        if begins {
+            trim = self.stages.trimmer.begin(trim.joint(), self.standing()?);
         }
         let (pulses, joint, angle) = self.stages.trimmer.step(&mut trim);
         self.trim = Some(trim);
-        // Not known where the trimmed servo is outside of what the gate allows.
-        self.gating = pose_of(&self.stages.gate, &self.stages.servos, pulses).unwrap_or(self.parked);
+        // What is not known is not there: a servo has the pulses that its map allows.
+        let _ = self.stand_at(pulses);
         self.frame.setpoints = self.stages.blend.park();
         if let Some(setpoint) = self.frame.setpoints.get_mut(joint as usize) {
             *setpoint = angle;
@@ -510,9 +558,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Completes the frame of this tick.
-    fn record(&mut self, command: Command) {
+    fn record(&mut self, status: SupervisorStatus, command: Command) {
         let frame = &mut self.frame;
-        (frame.state, frame.cause) = (self.status.state, self.status.cause);
+        (frame.state, frame.cause) = (status.state, status.cause);
         frame.pulses = command.pulses.unwrap_or_default();
         let hash = SetpointHash::resumed(frame.setpoint_hash);
         frame.setpoint_hash = hash.then(frame.tick, frame.state, &frame.setpoints).value();

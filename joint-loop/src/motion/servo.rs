@@ -81,6 +81,12 @@ impl ServoMap {
         (self.shortest..=self.longest).contains(&f32::from(pulse.0))
     }
 
+    /// The pulse of this servo that is nearest to another one.
+    pub(crate) fn nearest(&self, pulse: PulseMicros) -> PulseMicros {
+        // Not `clamp`, which has a panic for limits in the wrong order. From 500 to 2500, as checked.
+        PulseMicros(pulse.0.max(self.shortest as u16).min(self.longest as u16))
+    }
+
     /// Angle for a pulse: the inverse map.
     #[must_use]
     pub fn angle(&self, pulse: PulseMicros) -> Radians {

@@ -1,8 +1,11 @@
-//! Where an arming starts: at the last pulses if they are known, else at the park pose.
+//! Where a motion starts: at the last pulses if they are known, else at the park pose.
 //!
 //! A servo turns to the first pulse that it gets at its full speed, from wherever it is. Without an encoder the board does not know where that is. Where
 //! the pulses ended last is the best that it can know, for as long as nobody has moved the joint: so an arming starts there, holds these pulses until
 //! each servo follows them, and goes to the park pose at the limits of the gate. Then the ramp begins.
+//!
+//! A pose that the gate does not allow is one that a trim has left, or of another robot record. The pulses leave it as in a trim, each by a microsecond
+//! in [`STEP_S`], to the allowed pose that is next to it (`Way`); from there the gate goes on.
 //!
 //! The supply of the servos comes on with the first pulse. A digital servo starts its processor first, and takes no pulse meanwhile. At its first
 //! one it turns at full speed to where the pulses have gone by then: nowhere, while they are held.
@@ -12,6 +15,7 @@ use core::hint::cold_path;
 use crate::error::{LoopError, ticks};
 use crate::motion::gate::{Gate, GateState};
 use crate::motion::servo::ServoMap;
+use crate::setup::robot::{LONGEST, SHORTEST};
 use joint_units::{Joint, Period, PulseMicros, Radians};
 
 /// Time after the last pulse, or after a boot that kept it, for which it is known, s. Later a person may have moved the joint, or its weight.
@@ -19,6 +23,8 @@ pub const KNOWN_S: f32 = 60.0;
 /// Time for which the last pulses are held, s: two servo frames, and more than a digital servo is assumed to take from its supply to its first pulse
 /// (0.2 s, `docs/servos.md`). Where an arming starts at the park pose nothing is held: the ramp leaves it slowly.
 const WAIT_S: f32 = 0.5;
+/// Time in which a pulse moves by one microsecond in a trim, and on a `Way`, s.
+pub const STEP_S: f32 = 0.01;
 /// Largest difference of a pulse from that of a pose that the gate allows, us: the rounding of both.
 const ROUNDING_US: u16 = 1;
 
@@ -27,6 +33,7 @@ const ROUNDING_US: u16 = 1;
 pub(crate) struct Start {
     known: u32,
     wait: u32,
+    step: u32,
 }
 
 /// How long ago pulses began and ended, in ticks.
@@ -43,6 +50,7 @@ impl Start {
         Ok(Self {
             known: ticks("start.known_s", KNOWN_S, KNOWN_S, KNOWN_S, period)?,
             wait: ticks("start.wait_s", WAIT_S, WAIT_S, WAIT_S, period)?,
+            step: ticks("start.step_s", STEP_S, STEP_S, STEP_S, period)?,
         })
     }
 
@@ -75,22 +83,57 @@ impl StartState {
     }
 }
 
-/// State at rest in the pose of these pulses; `None` where a pulse is none of its servo's, or the gate does not allow the pose.
-pub(crate) fn pose_of(
+/// Pulses on their way from a pose that the gate does not allow to the one that it allows next to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Way {
+    /// The present pulses.
+    pub(crate) at: [PulseMicros; Joint::COUNT],
+    /// Ticks since they moved.
+    stood: u32,
+}
+
+impl Way {
+    /// Advances by a tick towards these pulses; true when all are there.
+    pub(crate) fn step(&mut self, start: Start, goal: [PulseMicros; Joint::COUNT]) -> bool {
+        self.stood = self.stood.saturating_add(1);
+        if self.stood >= start.step {
+            self.stood = 0;
+            for (at, goal) in self.at.iter_mut().zip(goal) {
+                *at = one_nearer(*at, goal);
+            }
+        }
+        self.at == goal
+    }
+}
+
+/// The pulse one microsecond nearer to its goal.
+pub(crate) fn one_nearer(at: PulseMicros, goal: PulseMicros) -> PulseMicros {
+    PulseMicros(if at < goal { at.0.saturating_add(1) } else { at.0.saturating_sub(u16::from(at > goal)) })
+}
+
+/// Where the gate stands at rest with these pulses: in their pose, or in the allowed pose next to it with the way there. `None` where a pulse is none
+/// that a servo can have. A pulse beyond those of its servo counts as the nearest of them: another robot record allows others.
+pub(crate) fn found(
     gate: &Gate,
     servos: &[ServoMap; Joint::COUNT],
+    parked: &GateState,
     pulses: [PulseMicros; Joint::COUNT],
-) -> Option<GateState> {
-    let mut pose = [Radians(0.0); Joint::COUNT];
-    for ((angle, servo), pulse) in pose.iter_mut().zip(servos).zip(pulses) {
-        *angle = servo.angle(pulse);
+) -> Option<(GateState, Option<Way>)> {
+    if !pulses.iter().all(|pulse| *pulse >= SHORTEST && *pulse <= LONGEST) {
+        return None;
     }
-    let state = gate.rest_near(pose)?;
+    let mut at = pulses;
+    let mut pose = [Radians(0.0); Joint::COUNT];
+    for ((angle, servo), at) in pose.iter_mut().zip(servos).zip(&mut at) {
+        *at = servo.nearest(*at);
+        *angle = servo.angle(*at);
+    }
+    let state = gate.rest_near(pose).unwrap_or(*parked);
     let is_near = |(servo, (angle, pulse)): (&ServoMap, (Radians, PulseMicros))| {
-        let allowed = servo.pulse(angle).is_some_and(|near| near.0.abs_diff(pulse.0) <= ROUNDING_US);
-        allowed && servo.allows(pulse)
+        servo.pulse(angle).is_some_and(|near| near.0.abs_diff(pulse.0) <= ROUNDING_US)
     };
-    servos.iter().zip(gate.pose(&state).into_iter().zip(pulses)).all(is_near).then_some(state)
+    let is_allowed = servos.iter().zip(gate.pose(&state).into_iter().zip(at)).all(is_near);
+    Some((state, if is_allowed { None } else { Some(Way { at, stood: 0 }) }))
 }
 
 #[cfg(test)]
@@ -115,9 +158,9 @@ mod tests {
                 for _ in 0..ticks {
                     let (setpoints, _) = robot.gate.limit(&mut state, target.map(Radians)).expect("finite");
                     let pulses = ServoMap::pulses(&robot.servos, setpoints).expect("finite");
-                    let found = pose_of(&robot.gate, &robot.servos, pulses);
-                    prop_assert!(found.is_some(), "{:?} of {:?}", pulses, setpoints);
-                    let again = robot.gate.pose(&found.expect("checked"));
+                    let (found, way) = found(&robot.gate, &robot.servos, &robot.parked, pulses).expect("pulses of servos");
+                    prop_assert!(way.is_none(), "{:?} of {:?}", pulses, setpoints);
+                    let again = robot.gate.pose(&found);
                     for ((angle, servo), pulse) in again.into_iter().zip(&robot.servos).zip(pulses) {
                         prop_assert!(servo.pulse(angle).expect("finite").0.abs_diff(pulse.0) <= 1);
                     }
@@ -126,21 +169,46 @@ mod tests {
         }
     }
 
+    /// From any pulses the way leads to an allowed pose, each pulse by at most one microsecond in a step and never away from it.
     #[test]
-    fn a_pose_that_is_not_allowed_is_not_known() {
-        let robot = robot();
-        let known = |pulses: [u16; 4]| pose_of(&robot.gate, &robot.servos, pulses.map(PulseMicros)).is_some();
+    fn a_pose_that_is_not_allowed_is_left_slowly() {
+        let (robot, start) = (robot(), Start::build(Period::MILLISECOND).expect("valid"));
+        let of = |pulses: [u16; 4]| found(&robot.gate, &robot.servos, &robot.parked, pulses.map(PulseMicros));
         let park = LoopConfig::default_biped().blend.park;
         let parked = ServoMap::pulses(&robot.servos, park).expect("finite").map(|pulse| pulse.0);
-        assert!(known(parked));
+        assert_eq!(of(parked).map(|(_, way)| way), Some(None));
         for joint in 0..4 {
+            for pulse in [500, 640, 2_345, 2_500] {
+                let mut pulses = parked;
+                pulses[joint] = pulse;
+                let (state, way) = of(pulses).expect("known");
+                let (mut way, goal) = (way.expect("not allowed"), robot.gate.pose(&state));
+                let goal = ServoMap::pulses(&robot.servos, goal).expect("finite");
+                assert_eq!(way.at, pulses.map(PulseMicros));
+                let mut ticks = 0_u32;
+                loop {
+                    let before = way.at;
+                    let is_there = way.step(start, goal);
+                    ticks += 1;
+                    for ((before, at), goal) in before.into_iter().zip(way.at).zip(goal) {
+                        let nearer = before.0.abs_diff(goal.0) - at.0.abs_diff(goal.0);
+                        assert!(nearer <= u16::from(ticks.is_multiple_of(10)), "{before:?} {at:?} to {goal:?}");
+                    }
+                    if is_there {
+                        break;
+                    }
+                }
+                let furthest = pulses.iter().zip(goal).map(|(from, to)| from.abs_diff(to.0)).max();
+                assert_eq!(Some(ticks), furthest.map(|us| u32::from(us) * 10), "{pulses:?}");
+                assert_eq!(of(goal.map(|pulse| pulse.0)).map(|(_, way)| way), Some(None), "allowed");
+            }
             for pulse in [0, 400, 499, 2_501, u16::MAX] {
                 let mut pulses = parked;
                 pulses[joint] = pulse;
-                assert!(!known(pulses), "{pulses:?}");
+                assert_eq!(of(pulses), None, "{pulses:?}");
             }
         }
-        assert!(!known([0; 4]));
+        assert_eq!(of([0; 4]), None);
     }
 
     #[test]

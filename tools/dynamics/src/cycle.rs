@@ -12,6 +12,11 @@ const SAME_PERIOD: f64 = 2e-4;
 /// How often the step is halved, at most.
 const HALVINGS: usize = 4;
 
+/// Steps beside a cycle between which its largest value is interpolated.
+const BESIDE: usize = 4;
+/// Thirds that are cut off from the interval of the largest value.
+const THIRDS: usize = 60;
+
 /// A limit cycle, and the model that has it.
 pub struct Cycle {
     /// The model, at the step of the integration.
@@ -81,18 +86,46 @@ impl Cycle {
         self.orbit.period_s
     }
 
-    /// The model at phase 0: at the step at which its first state is largest.
+    /// The model at phase 0: where its first state is largest, between two steps as a rule.
     #[must_use]
     pub fn at_start(&self) -> Box<dyn Model> {
         let mut model = self.model.copy();
         model.set_state(&self.orbit.at(0.0));
-        let mut largest = model.copy();
-        for _ in 0..self.orbit.steps as usize {
+        // A cycle, and some steps to either side.
+        let mut states = vec![];
+        for _ in 0..self.orbit.steps as usize + 2 * BESIDE {
+            states.push(model.state());
             model.advance(1);
-            if model.value(0) > largest.value(0) {
-                largest = model.copy();
-            }
         }
-        largest
+        let inner = BESIDE..states.len() - BESIDE;
+        let largest = inner.max_by(|&a, &b| states[a][0].total_cmp(&states[b][0])).unwrap_or(BESIDE) as f64;
+        let at = |step: f64| orbit::interpolated(&states, step);
+        let (mut low, mut high) = (largest - 1.0, largest + 1.0);
+        // It has one largest value between the two neighbours of the largest.
+        for _ in 0..THIRDS {
+            let third = (high - low) / 3.0;
+            let [left, right] = [low + third, high - third];
+            if at(left)[0] < at(right)[0] { low = left } else { high = right }
+        }
+        model.set_state(&at(0.5 * (low + high)));
+        model
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On the circle the first state is largest where the second is zero, and the start of another step is the same point.
+    #[test]
+    fn phase_zero_lies_between_steps() {
+        let state = Cycle::of(&System::read("oscillator:hopf").unwrap()).unwrap().at_start().state();
+        assert!((state[0] - 1.0).abs() < 1e-6 && state[1].abs() < 1e-4, "{state:?}");
+        let neuron = Cycle::of(&System::read("oscillator:fitzhugh-nagumo").unwrap()).unwrap();
+        let here = neuron.at_start().state();
+        // v' = v - v^3/3 - w + 0.5 is zero there.
+        let slope = here[0] - here[0].powi(3) / 3.0 - here[1] + 0.5;
+        assert!(slope.abs() < 1e-4, "{slope}");
+        assert!(neuron.orbit.distance(&here) < 1e-3, "{}", neuron.orbit.distance(&here));
     }
 }

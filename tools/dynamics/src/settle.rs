@@ -199,13 +199,20 @@ impl Crossings {
 /// steps. The model is left at the last state.
 #[must_use]
 pub fn settle(model: &mut dyn Model, scale: &[f64], cycle: f64) -> Motion {
+    settle_with_care(model, scale, cycle, 1)
+}
+
+/// The same with `care` times as many windows, and an allowed change from window to window of a part of it.
+#[must_use]
+pub fn settle_with_care(model: &mut dyn Model, scale: &[f64], cycle: f64, care: u32) -> Motion {
+    let (most_windows, allowed) = (MOST_WINDOWS * care as usize, SAME / f64::from(care));
     let mut steps = (WINDOW_CYCLES * cycle).ceil().max(8.0) as usize;
     let longest = 64 * steps;
     let mut before: Option<Window> = None;
     let (mut same, mut falling) = (0, 0);
     let mut ratio = 1.0;
-    for index in 0..4 * MOST_WINDOWS {
-        if index >= MOST_WINDOWS && ratio < 1.0 + SAME {
+    for index in 0..4 * most_windows {
+        if index >= most_windows && ratio < 1.0 + allowed {
             break;
         }
         let Some(window) = Window::of(model, steps) else { return Motion::Leaves };
@@ -219,7 +226,7 @@ pub fn settle(model: &mut dyn Model, scale: &[f64], cycle: f64) -> Motion {
         if let Some(before) = &before {
             ratio = range / before.range(scale);
             falling = if ratio < 0.9 { falling + 1 } else { 0 };
-            same = if window.change(before, scale) < SAME * range.min(1.0) && range >= SMALL { same + 1 } else { 0 };
+            same = if window.change(before, scale) < allowed * range.min(1.0) && range >= SMALL { same + 1 } else { 0 };
         }
         if falling >= 3 && range < SMALL {
             return Motion::Rest { at: model.state() };
@@ -240,7 +247,7 @@ pub fn settle(model: &mut dyn Model, scale: &[f64], cycle: f64) -> Motion {
     }
     let last = before.as_ref().and_then(|window| window.motion(scale));
     match last {
-        _ if ratio < 1.0 - SAME => Motion::Rest { at: model.state() },
+        _ if ratio < 1.0 - allowed => Motion::Rest { at: model.state() },
         Some(motion) => motion,
         None => Motion::Undecided,
     }

@@ -107,18 +107,27 @@ impl System {
     /// # Errors
     /// It cannot be built, or its only state is a phase; the text says why.
     pub fn model(&self) -> Result<(Box<dyn Model>, f64), String> {
+        self.model_in_parts(1)
+    }
+
+    /// The same with a step that is divided by `parts`.
+    ///
+    /// # Errors
+    /// As [`System::model`].
+    pub fn model_in_parts(&self, parts: u32) -> Result<(Box<dyn Model>, f64), String> {
         let subject = match self {
             Self::Oscillator(oscillator) => {
-                let step = oscillator.step();
+                let step = oscillator.step() / f64::from(parts);
                 return Ok((oscillator.model(step)?, step));
             }
             Self::Generator(subject) => subject,
         };
         let mut micros = (1e6 * self.cycle() / STEPS).clamp(1.0, f64::from(Period::MAX_MICROS)) as u32;
         loop {
-            let period = Period::from_micros(micros).ok_or("no such step")?;
+            let part = (micros / parts).max(1);
+            let period = Period::from_micros(part).ok_or("no such step")?;
             match subject.model(period) {
-                Ok(Some(model)) => return Ok((model, f64::from(micros) * 1e-6)),
+                Ok(Some(model)) => return Ok((model, f64::from(part) * 1e-6)),
                 Ok(None) => return Err(ONLY_A_PHASE.into()),
                 // A stiff model allows only shorter steps.
                 Err(_) if micros > 1_000 => micros = (micros / 2).max(1_000),

@@ -154,6 +154,96 @@ fn fitzhugh_nagumo_begins_where_its_equilibrium_loses_stability() {
     near(hopf_onset(field, [-1.0, -0.4], [0.2, 0.5]), of(-v), 1e-6);
 }
 
+/// The current at which the cycle of the FitzHugh-Nagumo neuron ends: the map of returns to the line v = v of the equilibrium has a fixed point where
+/// its largest rise is 0 or more. Its own integration, and no stability, kick or time is involved.
+fn fold_of_fitzhugh_nagumo() -> f64 {
+    let slope = |p: f64, [v, w]: [f64; 2]| [v - v.powi(3) / 3.0 - w + p, 0.08 * (v + 0.7 - 0.8 * w)];
+    let step = |p: f64, s: [f64; 2], h: f64| {
+        let along = |d: [f64; 2], by: f64| [s[0] + by * d[0], s[1] + by * d[1]];
+        let a = slope(p, s);
+        let b = slope(p, along(a, 0.5 * h));
+        let c = slope(p, along(b, 0.5 * h));
+        let d = slope(p, along(c, h));
+        [0, 1].map(|i| s[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]))
+    };
+    let rise = |p: f64, at: [f64; 2], r: f64| {
+        let mut s = [at[0], at[1] - r];
+        let mut is_left = false;
+        loop {
+            let next = step(p, s, 0.02);
+            is_left |= next[0] < at[0];
+            if is_left && next[0] >= at[0] {
+                let (mut low, mut high) = (0.0, 0.02);
+                for _ in 0..40 {
+                    let middle = 0.5 * (low + high);
+                    if step(p, s, middle)[0] < at[0] { low = middle } else { high = middle }
+                }
+                return at[1] - step(p, s, low)[1] - r;
+            }
+            s = next;
+        }
+    };
+    let has_cycle = |p: f64| {
+        let (mut low, mut high) = (-1.2, -0.8);
+        for _ in 0..60 {
+            let v: f64 = 0.5 * (low + high);
+            if (v + 0.7) / 0.8 - v + v.powi(3) / 3.0 < p { low = v } else { high = v }
+        }
+        let at = [low, (low + 0.7) / 0.8];
+        let all: Vec<f64> = (1..200).map(|k| 0.004 * f64::from(k)).collect();
+        let best = (0..all.len()).max_by(|&a, &b| rise(p, at, all[a]).total_cmp(&rise(p, at, all[b]))).unwrap();
+        let (mut low, mut high) = (all[best.saturating_sub(1)], all[(best + 1).min(all.len() - 1)]);
+        for _ in 0..60 {
+            let third = (high - low) / 3.0;
+            if rise(p, at, low + third) < rise(p, at, high - third) { low += third } else { high -= third }
+        }
+        rise(p, at, 0.5 * (low + high)) >= 0.0
+    };
+    let (mut without, mut with) = (0.320, 0.330);
+    assert!(!has_cycle(without) && has_cycle(with));
+    for _ in 0..24 {
+        let middle = 0.5 * (without + with);
+        if has_cycle(middle) { with = middle } else { without = middle }
+    }
+    with
+}
+
+/// Every onset is within what is said of it, whatever the sweep: the fold of cycles, the Hopf bifurcations of two neurons, the root of the normal form,
+/// the bounds of Matsuoka's pair.
+#[test]
+fn an_onset_is_as_near_as_it_says() {
+    let fold = fold_of_fitzhugh_nagumo();
+    assert!((fold - 0.324_178_5).abs() < 2e-7, "{fold}");
+    let of = |v: f64| (v + 0.7) / 0.8 - v + v * v * v / 3.0;
+    let v = (1.0_f64 - 0.08 * 0.8).sqrt();
+    let neuron = || system("oscillator:fitzhugh-nagumo", &[]);
+    let pair = || system("oscillator:matsuoka", &[]);
+    // The system, the sweep, and where it begins (on the way that begins at the first value) and ends on the way back.
+    let cases = [
+        (neuron(), "current", [0.3, 0.36], 41, of(-v), fold),
+        (neuron(), "current", [0.2, 0.5], 13, of(-v), fold),
+        (neuron(), "current", [0.31, 0.34], 100, of(-v), fold),
+        (neuron(), "current", [0.32, 0.335], 6, of(-v), fold),
+        (system("oscillator:hopf", &[]), "square_radius", [-0.5, 1.0], 17, 0.0, 0.0),
+        (pair(), "weight", [1.01, 2.0], 9, 1.0 + 1.0 / 12.0, 1.0 + 1.0 / 12.0),
+    ];
+    for (system, parameter, [from, to], count, begin, end) in cases {
+        let sweeps = sweep(&system, parameter, &even(from, to, count), &|| ()).unwrap();
+        for (sweep, known) in sweeps.iter().zip([begin, end]) {
+            let [onset] = sweep.onsets[..] else { panic!("{parameter} {from} to {to}: {:?}", sweep.onsets) };
+            println!(
+                "{parameter} {from} to {to}, {count}: {:.7} within {:.1e}, known {known:.7}",
+                onset.value, onset.within
+            );
+            assert!(
+                (onset.value - known).abs() <= onset.within,
+                "{parameter} {from} to {to}: {onset:?}, known {known}"
+            );
+            assert!(onset.within < 0.02 * (to - from), "{onset:?}");
+        }
+    }
+}
+
 /// The equations again, with other names, and their eigenvalues.
 #[test]
 fn morris_lecar_begins_where_its_equilibrium_loses_stability() {

@@ -57,8 +57,8 @@ fn is_obeyed(c: char) -> bool {
     direction || (c.is_control() && !matches!(c, '\n' | '\t'))
 }
 
-/// The text with every character that a terminal obeys escaped, as `\u{1b}`; line feeds and tabs stay. Messages quote files, which may
-/// contain anything.
+/// The text with every character that a terminal obeys escaped, as `\u001b`; line feeds and tabs stay. What is printed quotes files and boards,
+/// which may contain anything. JSON and TOML stay what they are: there such a character can stand in a text only, and the escape means it.
 #[must_use]
 pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.contains(is_obeyed) {
@@ -66,9 +66,17 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        if is_obeyed(c) { out.extend(c.escape_default()) } else { out.push(c) }
+        if is_obeyed(c) { out += &format!("\\u{:04x}", u32::from(c)) } else { out.push(c) }
     }
     Cow::Owned(out)
+}
+
+/// A text of a foreign file for a cell of a table that a spreadsheet may open: [`escaped`], and with an apostrophe in front where a spreadsheet
+/// would take it for a formula.
+#[must_use]
+pub fn cell(text: &str) -> Cow<'_, str> {
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\u{ff1d}', '\u{ff0b}', '\u{ff0d}', '\u{ff20}']);
+    if is_formula { Cow::Owned(format!("'{}", escaped(text))) } else { escaped(text) }
 }
 
 /// Writes a line, in one call, so that messages of several threads do not mix. Texts quote files, which may contain anything: what a terminal
@@ -134,6 +142,36 @@ mod tests {
     fn what_a_terminal_obeys_is_escaped() {
         let plain = "it's \"50\u{b0}\" \u{e9} \\d \u{2192}\n\tnext";
         assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
-        assert_eq!(escaped("a\u{1b}[2Jb\r\u{7}\0\u{9b}c\u{202e}d"), r"a\u{1b}[2Jb\r\u{7}\u{0}\u{9b}c\u{202e}d");
+        assert_eq!(escaped("a\u{1b}[2Jb\r\u{7}\0\u{9b}c\u{202e}d"), r"a\u001b[2Jb\u000d\u0007\u0000\u009bc\u202ed");
+    }
+
+    /// A program that reads JSON gets the same text.
+    #[test]
+    fn escaped_json_means_the_same() {
+        let all: String = ('\0'..='\u{2100}').collect();
+        let value = serde_json::json!([all]);
+        let text = value.to_string();
+        let safe = escaped(&text);
+        assert!(safe.chars().all(|c| !c.is_control() && !is_obeyed(c)));
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&safe).unwrap(), value);
+    }
+
+    /// A page shows no character either that a terminal would obey.
+    #[cfg(feature = "analysis")]
+    #[test]
+    fn pages_have_the_same_characters_replaced() {
+        for c in ('\0'..='\u{2100}').filter(|c| is_obeyed(*c)) {
+            assert_eq!(gait_fit::html::escape(&c.to_string()), "\u{fffd}", "{c:?}");
+        }
+    }
+
+    #[test]
+    fn a_cell_is_no_formula() {
+        for formula in ["=1+1", "+1", "-1", "@a", "\t=1", "\r=1", "\u{ff1d}1"] {
+            assert!(cell(formula).starts_with('\''), "{formula:?}");
+        }
+        for plain in ["walk.csv", "a=1", "a-b", "", "'"] {
+            assert!(matches!(cell(plain), Cow::Borrowed(same) if same == plain), "{plain:?}");
+        }
     }
 }

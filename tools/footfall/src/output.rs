@@ -16,12 +16,12 @@ use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
 
-/// Writes text to standard output. A reader that closes the pipe early is no failure.
+/// Writes text to standard output, [`messages::escaped`]. A reader that closes the pipe early is no failure.
 ///
 /// # Errors
 /// Standard output cannot be written.
 pub fn print(text: &str) -> Result<(), Failure> {
-    print_bytes(text.as_bytes())
+    print_bytes(messages::escaped(text).as_bytes())
 }
 
 /// Writes bytes to standard output, as [`print()`].

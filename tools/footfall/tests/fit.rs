@@ -215,6 +215,23 @@ fn neither_pipes_nor_links_in_a_circle_hold_a_batch_up() {
     assert!(said(&output).contains("pipe.csv: is no regular file"), "{}", said(&output));
 }
 
+/// A folder may come from somebody else: what a link in it names outside of it is not read. A link within it is a recording by another name.
+#[cfg(unix)]
+#[test]
+fn links_out_of_a_folder_are_not_followed() {
+    use std::os::unix::fs::symlink;
+    let (from, to, elsewhere) = (laboratory(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let secret = elsewhere.path().join("secret.csv");
+    std::fs::write(&secret, "the first line of a secret\n").unwrap();
+    symlink(&secret, from.path().join("day2/out.csv")).unwrap();
+    symlink(elsewhere.path(), from.path().join("folder")).unwrap();
+    symlink(from.path().join("a.csv"), from.path().join("day2/within.csv")).unwrap();
+    let output = batch(from.path(), to.path(), &[]);
+    assert!(said(&output).contains("4 fitted, 0 already known, 1 failed"), "{}", said(&output));
+    assert!(said(&output).contains("out.csv is a link out of the folder and is not read"), "{}", said(&output));
+    assert!(!said(&output).contains("first line") && !to.path().join("day2__out.csv.fit.json").exists());
+}
+
 /// Three recordings, one of them in a folder of its own, and one other file.
 fn laboratory() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -392,13 +409,22 @@ fn shares_of_several_computers_merge_to_the_same_summary() {
         said(&merged)
     );
     assert_eq!(written(shared.path()), written(whole.path()));
+    // A file that is no result, and one that nobody ever writes to, are named; the others stay in the summary.
     std::fs::write(shared.path().join("x.fit.json"), "{\"a\":1}").unwrap();
+    #[cfg(unix)]
+    rustix::fs::mkfifoat(rustix::fs::CWD, shared.path().join("pipe.fit.json"), rustix::fs::Mode::RWXU).unwrap();
+    let before = std::fs::read_to_string(shared.path().join("summary.csv")).unwrap();
     let strange = footfall(["merge".into(), OsString::from(shared.path())]);
     assert!(
-        strange.status.code() == Some(2) && said(&strange).contains("x.fit.json: is no result of a fit"),
+        strange.status.code() == Some(1) && said(&strange).contains("x.fit.json: is no result of a fit"),
         "{}",
         said(&strange)
     );
+    let after = std::fs::read_to_string(shared.path().join("summary.csv")).unwrap();
+    assert!(before.lines().all(|line| after.contains(line)), "{before}\n{after}");
+    assert!(after.contains("x.fit.json: is no result of a fit"), "{after}");
+    #[cfg(unix)]
+    assert!(after.contains("pipe.fit.json: is no regular file"), "{after}");
     let empty = tempfile::tempdir().unwrap();
     let nothing = footfall(["merge".into(), OsString::from(empty.path())]);
     assert!(

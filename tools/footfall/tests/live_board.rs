@@ -1,5 +1,5 @@
-//! `footfall watch` of a board that runs: records from a server, a file and standard input, saved bytes of a serial port; on terminals of
-//! several sizes, with keys, and as lines.
+//! `footfall watch` of a board that runs: records from a server, a file and standard input; on terminals of several sizes, with
+//! keys, and as lines; a serial port is a terminal.
 #![cfg(unix)]
 
 mod support;
@@ -9,7 +9,7 @@ use std::io::Write;
 use std::net::{TcpListener, TcpStream};
 use std::process::{Command, ExitCode, Output, Stdio};
 use std::time::Duration;
-use support::{Bench, SimulatedBoard, frame, framed, framed_bytes, records};
+use support::{Bench, SimulatedBoard, frame, framed, framed_bytes};
 use test_suite::terminal::Terminal;
 use test_suite::tests;
 use wire::Record;
@@ -22,8 +22,9 @@ fn main() -> ExitCode {
         a_server_that_comes_back_is_connected_again(Terminal),
         standard_input_leaves_the_keys_to_the_terminal(Terminal),
         what_is_no_record_is_refused_with_what_to_do(),
-        saved_bytes_of_a_port_are_not_written_to(Terminal),
+        a_file_is_no_port_and_keeps_its_bytes(),
         silence_is_reported_with_what_to_check(),
+        noise_and_records_without_time_end_with_the_seconds(),
     ])
 }
 
@@ -42,6 +43,10 @@ fn pieces(simulated: &SimulatedBoard) -> Vec<Vec<u8>> {
         (0..hex.len()).step_by(2).map(|i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect::<Vec<_>>()
     })
     .collect()
+}
+
+fn samples() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples")
 }
 
 fn bench() -> Bench {
@@ -134,7 +139,7 @@ fn the_screen_is_whole_on_small_and_large_terminals() {
             "measured left knee",
             "left hip ",
             "right knee ",
-            " 90│",
+            " 30│",
             "  0│",
             "-30│",
             "-4 s",
@@ -213,11 +218,9 @@ fn what_is_no_record_is_refused_with_what_to_do() {
     ] {
         let saved = bench.path("log.rtt");
         std::fs::write(&saved, bytes).unwrap();
-        for option in ["--rtt", "--serial"] {
-            let (code, text, errors) = parts(&watch(&[&option, &saved]).output().unwrap());
-            assert_eq!((code, text.as_str()), (Some(1), ""), "{errors}");
-            assert!(errors.contains(words) && errors.contains("log.rtt"), "{errors}");
-        }
+        let (code, text, errors) = parts(&watch(&[&"--rtt", &saved]).output().unwrap());
+        assert_eq!((code, text.as_str()), (Some(1), ""), "{errors}");
+        assert!(errors.contains(words) && errors.contains("log.rtt"), "{errors}");
     }
     // The ELF file of a recording is of one board: the boot record says which one it is.
     let (nucleo, saved) = (bench.path("nucleo.elf"), bench.path("log.rtt"));
@@ -235,20 +238,34 @@ fn what_is_no_record_is_refused_with_what_to_do() {
     assert!(code == Some(2) && errors.contains("tcp:127.0.0.1:1: cannot be opened"), "{errors}");
 }
 
-/// The keys of the screen have nothing to send to: a file with what a port sent is no port.
-fn saved_bytes_of_a_port_are_not_written_to() {
+/// A file is no port, whatever is in it, and no command writes to it as to one.
+fn a_file_is_no_port_and_keeps_its_bytes() {
     let bench = bench();
-    let mut simulated = SimulatedBoard::new();
-    simulated.walk(2);
-    let sent = records(&simulated.lines).into_iter().filter(|(_, record)| !matches!(record, Record::Inputs(_)));
-    let bytes: Vec<u8> = sent.flat_map(|(_, record)| framed(&record)).collect();
     let saved = bench.path("port.bin");
+    let bytes = walked(2).concat();
     std::fs::write(&saved, &bytes).unwrap();
-    let mut terminal = Terminal::run(&line(&format!("--serial {}", saved.display())), 100, 30);
-    let _ = terminal.sees_all(&["has ended", "tick 2000", "nothing can be changed here"]);
-    terminal.presses("s\u{1b}[Cuq");
-    assert_eq!(terminal.ends().0, Some(0));
-    assert_eq!(std::fs::read(&saved).unwrap(), bytes);
+    let (robot, capture, out) = (bench.path("robot.toml"), bench.path("walk.csv"), bench.path("out.toml"));
+    std::fs::copy(samples().join("robot.toml"), &robot).unwrap();
+    let generator = samples().join("generator.toml");
+    let of = |path: &std::path::Path| path.to_str().unwrap().to_owned();
+    let (robot, capture, out, generator) = (of(&robot), of(&capture), of(&out), of(&generator));
+    for command in [
+        &["watch"][..],
+        &["record", "-o", &capture],
+        &["set", "speed", "1.1"],
+        &["set", "--stop"],
+        &["set", "--show"],
+        &["save", &generator, "-o", &out],
+        &["trim", "left_hip", "--robot", &robot, "-o", &out],
+    ] {
+        let mut footfall = Command::new(env!("CARGO_BIN_EXE_footfall"));
+        footfall.args(command).arg("--serial").arg(&saved).stdin(Stdio::null());
+        let (code, _, errors) = parts(&footfall.output().unwrap());
+        let words = "port.bin: cannot be opened: is a regular file; allowed is the device file of a serial port";
+        assert!(code == Some(2) && errors.contains(words), "{command:?}: {errors}");
+        assert_eq!(std::fs::read(&saved).unwrap(), bytes, "{command:?}");
+    }
+    assert!(!bench.path("walk.csv").exists(), "no capture was begun");
 }
 
 fn silence_is_reported_with_what_to_check() {
@@ -259,4 +276,39 @@ fn silence_is_reported_with_what_to_check() {
     assert!(errors.contains("no byte for 5 s; check that the board runs"), "{errors}");
     assert!(errors.contains("silent; check that the board runs") && errors.contains("channel 1"), "{errors}");
     serving.join().unwrap();
+}
+
+/// Whatever comes, `--secs` is kept: noise with and without zeros, as fast as it is taken, and records of which none has a time.
+fn noise_and_records_without_time_end_with_the_seconds() {
+    let noise: Vec<u8> = (0..65_536_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let without_zeros: Vec<u8> = noise.iter().map(|byte| byte | 1).collect();
+    let edge = framed(&Record::Edge(wire::Edge { tick: 7, offset_us: 0, high: true, lost_before: false }));
+    let no_record = "no record: these are not the records of a board";
+    for (bytes, pause_ms, words) in
+        [(noise, 0, no_record), (without_zeros, 0, no_record), (edge, 50, "silent; check that the board runs")]
+    {
+        for command in ["watch", "record"] {
+            let server = TcpListener::bind("127.0.0.1:0").unwrap();
+            let address = format!("tcp:{}", server.local_addr().unwrap());
+            let bytes = bytes.clone();
+            let serving = std::thread::spawn(move || {
+                let (mut peer, _) = server.accept().unwrap();
+                // Until the program has left.
+                while peer.write_all(&bytes).is_ok() {
+                    std::thread::sleep(Duration::from_millis(pause_ms));
+                }
+            });
+            let bench = bench();
+            let mut footfall = Command::new(env!("CARGO_BIN_EXE_footfall"));
+            footfall.args([command, "--rtt", &address, "--secs", "1"]).stdin(Stdio::null());
+            if command == "record" {
+                footfall.arg("-o").arg(bench.path("walk.csv"));
+            }
+            let began = std::time::Instant::now();
+            let (code, _, errors) = parts(&footfall.output().unwrap());
+            assert!(code == Some(1) && errors.contains(words), "{command}: {errors}");
+            assert!(began.elapsed() < Duration::from_secs(20), "{command}: {:?}", began.elapsed());
+            serving.join().unwrap();
+        }
+    }
 }

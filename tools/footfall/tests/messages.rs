@@ -22,7 +22,7 @@ fn quoted(arguments: &[&str], name: &str, content: &[u8]) -> String {
 #[test]
 fn escape_sequences_in_files_are_not_passed_on() {
     let wipe = "\u{1b}[2J\u{9b}31m\rx";
-    let escaped = r"\u{1b}[2J\u{9b}31m";
+    let escaped = r"\u001b[2J\u009b31m";
     for line in [format!("a -> b{wipe}\n"), format!("{wipe} = 1\n"), format!("a = {wipe}\n"), format!("a b {wipe} 1\n")]
     {
         let said = quoted(&["smer", "FILE"], "graph.txt", line.as_bytes());

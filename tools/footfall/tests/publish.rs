@@ -221,6 +221,86 @@ fn late_and_foreign_clients_are_served_or_refused() {
     assert_eq!(code, Some(0), "{said}");
 }
 
+/// Asks for a connection with these headers, at the place of an address of which it may leave parts.
+fn ask(address: &str, path: &str, headers: &[(&'static str, &str)]) -> Result<(), String> {
+    let place = address.strip_prefix("ws://").unwrap().split('/').next().unwrap().replace("0.0.0.0", "127.0.0.1");
+    let mut request = format!("ws://{place}{path}").into_client_request().unwrap();
+    request.headers_mut().insert("sec-websocket-protocol", "foxglove.sdk.v1".parse().unwrap());
+    for (name, value) in headers {
+        request.headers_mut().insert(*name, value.parse().unwrap());
+    }
+    let stream = TcpStream::connect(&place).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    tungstenite::client(request, stream).map(drop).map_err(|error| error.to_string())
+}
+
+/// Any page in the browser of who looks at a run can ask for a connection to this machine.
+#[test]
+fn a_page_of_a_foreign_origin_is_refused() {
+    let bench = Bench::paced(&walked(3));
+    let mut watched = Watched::start(bench.watch().args(["--json", "--secs", "3", "--foxglove", "127.0.0.1:0"]));
+    let address = watched.line("foxglove: ");
+    for headers in [
+        &[("origin", "https://evil.example")][..],
+        &[("origin", "null")],
+        &[("host", "evil.example:8765")],
+        &[("host", "evil.example:8765"), ("origin", "http://evil.example:8765")],
+    ] {
+        let refused = ask(&address, "", headers).unwrap_err();
+        assert!(refused.contains("403"), "{headers:?}: {refused}");
+    }
+    for headers in
+        [&[][..], &[("origin", "https://app.foxglove.dev")], &[("origin", "file://")], &[("host", "localhost:9000")]]
+    {
+        assert_eq!(ask(&address, "", headers), Ok(()), "{headers:?}");
+    }
+    std::fs::write(bench.path("go"), "").unwrap();
+    let (code, _, said) = watched.end();
+    assert!(code == Some(0) && said.contains("; 4 refused, the last of them host `evil.example:8765`"), "{said}");
+}
+
+/// Where other machines reach the server, what is printed has a token, and nothing else is let in.
+#[test]
+fn on_other_addresses_a_token_is_asked_for() {
+    let bench = Bench::paced(&walked(2));
+    let mut watched = Watched::start(bench.watch().args(["--json", "--secs", "2", "--foxglove", "0.0.0.0:0"]));
+    let address = watched.line("foxglove: ");
+    let path = &address[address.find("/?token=").expect("a token")..];
+    assert_eq!(ask(&address, path, &[("origin", "https://viewer.lab"), ("host", "robot.lab:8765")]), Ok(()));
+    for bad in ["", "/?token=0123", &path[..path.len() - 1]] {
+        let refused = ask(&address, bad, &[]).unwrap_err();
+        assert!(refused.contains("403"), "{bad}: {refused}");
+    }
+    std::fs::write(bench.path("go"), "").unwrap();
+    let (code, _, said) = watched.end();
+    assert_eq!(code, Some(0), "{said}");
+}
+
+/// Connections that ask for nothing, with and without a handshake, are more than there are places; who comes after them is served, and who was
+/// served before stays.
+#[test]
+fn idle_clients_shut_nobody_out() {
+    let bench = Bench::paced(&walked(2));
+    let mut watched = Watched::start(bench.watch().args(["--json", "--secs", "2", "--foxglove", "127.0.0.1:0"]));
+    let address = watched.line("foxglove: ");
+    let mut before = Client::connect(&address, "foxglove.sdk.v1");
+    before.wait_for_subscriptions();
+    let place = address.strip_prefix("ws://").unwrap();
+    let _idle: Vec<TcpStream> = (0..40).map(|_| TcpStream::connect(place).unwrap()).collect();
+    for _ in 0..20 {
+        assert_eq!(ask(&address, "", &[]), Ok(()));
+    }
+    let mut after = Client::connect(&address, "foxglove.sdk.v1");
+    after.wait_for_subscriptions();
+    std::fs::write(bench.path("go"), "").unwrap();
+    for client in [&mut before, &mut after] {
+        let joints = std::iter::from_fn(|| client.next()).filter(|(topic, ..)| topic == "/joints").count();
+        assert_eq!(joints, 200);
+    }
+    let (code, _, said) = watched.end();
+    assert_eq!(code, Some(0), "{said}");
+}
+
 /// A client that never reads, and a receiver that does not exist: the run has every frame, and ends when it would.
 #[test]
 fn a_slow_or_absent_client_delays_nothing() {

@@ -61,7 +61,7 @@ fn the_page_has_the_numbers_of_the_object() {
         let (a, b) = (&measures["motion"][joint]["range_deg"], &value["joints"][joint]["range_deg"]);
         assert!((a.as_f64().unwrap() - b.as_f64().unwrap()).abs() < 0.1, "{a} {b}");
     }
-    let times = rows(&all, "Times, strides and generator");
+    let times = rows(&all, "Times and strides");
     let cadence = measures["cadence_steps_per_min"].as_f64().unwrap();
     let stride_s = measures["stride_time_s"].as_f64().unwrap();
     assert!((cadence - 120.0 / stride_s).abs() < 1e-9);
@@ -72,6 +72,32 @@ fn the_page_has_the_numbers_of_the_object() {
     }
     let headline = format!("{:.2} degrees", value["rmse_heldout_deg"].as_f64().unwrap());
     assert!(all.iter().any(|p| p.attribute("class") == Some("number") && p.text == headline), "{headline}");
+}
+
+#[test]
+fn the_page_says_what_it_is_and_has_the_person_first() {
+    let (all, text, _) = fitted(Path::new(DEFAULT), &[]);
+    let heading = all.iter().find(|element| element.name == "h1").unwrap();
+    assert!(
+        heading.text.starts_with("Gait report: ") && text.contains("<title>Footfall: gait report, "),
+        "{heading:?}"
+    );
+    assert!(text.contains(concat!("Made by footfall ", env!("CARGO_PKG_VERSION"), " from CSV")));
+    let order =
+        ["The person", "Range of motion", "Left over right", "The generator: ", "Generator over the gait cycle"];
+    let places = order.map(|heading| text.find(&format!("<h2>{heading}")).unwrap_or_else(|| panic!("{heading}")));
+    assert!(places.is_sorted(), "{places:?}");
+    // Both legs are in one picture, which no other one is: two pictures, of the hips and of the knees.
+    for id in ["legs-hip", "legs-knee"] {
+        let labelled = format!("{id}-t {id}-d");
+        let at = all.iter().position(|svg| svg.attribute("aria-labelledby") == Some(&labelled)).expect(id);
+        let lines = all.iter().filter(|line| line.name == "polyline" && line.parent == Some(at));
+        assert_eq!(
+            lines.filter_map(|line| line.attribute("class")).collect::<Vec<_>>(),
+            ["left", "right dashed"],
+            "{id}"
+        );
+    }
 }
 
 /// The CSV in the page has the errors that were printed: they are computed again from its columns.
@@ -136,7 +162,7 @@ fn the_stride_time_varies_as_the_strides_do() {
     let measures = &value["measures"];
     assert!((measures["stride_time_sd_s"].as_f64().unwrap() - sd).abs() < 1e-4 && sd > 0.01, "{sd}");
     assert!((measures["stride_time_cv_percent"].as_f64().unwrap() - 100.0 * sd / mean).abs() < 1e-2);
-    let shown = rows(&all, "Times, strides and generator");
+    let shown = rows(&all, "Times and strides");
     assert!(shown.iter().any(|row| row[1].starts_with(&format!("SD {sd:.3}"))), "{sd} {shown:?}");
 }
 

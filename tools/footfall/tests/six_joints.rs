@@ -122,7 +122,6 @@ fn boards_refuse_six_joints_in_words() {
 fn wrong_options_are_refused_with_what_is_allowed() {
     let folder = tempfile::tempdir().unwrap();
     let six = default_file(folder.path(), "six-joints");
-    let four = default_file(folder.path(), "generator");
     let with = |more: &[&'static str]| [&["fit", ANKLES, "--joints", "6", "--kind", "phase-coupled"], more].concat();
     for (arguments, words) in [
         (vec!["fit", ANKLES, "--joints", "6"], "allowed is --kind phase-coupled"),
@@ -136,7 +135,6 @@ fn wrong_options_are_refused_with_what_is_allowed() {
         (with(&["--robot", ROBOT]), "--robot with --joints 6"),
         (with(&[WALK]), "2 recordings with --joints 6: allowed is one"),
         (vec!["certify", text(&six), "--robot", ROBOT], "no robot has so many"),
-        (vec!["walk", "--generator", text(&four)], "cargo xtask run --generator"),
         (vec!["walk", "--generator", text(&six), "--gait", "run"], "cannot be used with"),
     ] {
         let output = footfall(&arguments);

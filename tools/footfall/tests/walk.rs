@@ -3,6 +3,9 @@
 mod common;
 
 use common::{footfall, parts, said};
+use cpg_core::Generator;
+use generator_file::file::GeneratorFile;
+use joint_units::Period;
 use serde_json::Value;
 
 /// Exit code, standard output, standard error.
@@ -249,4 +252,70 @@ fn a_printed_limit_can_be_typed_in() {
             assert!(output.status.success(), "{gait} {option} {end}: {}", said(&output));
         }
     }
+}
+
+/// The angles of a generator, stepped here as a board steps it, in the digits of the table.
+fn stepped(mut generator: impl Generator<4>, ticks: u32, every: u32) -> String {
+    let mut table = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
+    for tick in 0..=ticks {
+        if tick % every == 0 {
+            let [a, b, c, d] = generator.angles().map(|angle| angle.degrees());
+            table += &format!("{:.3},{a:.4},{b:.4},{c:.4},{d:.4}\n", f64::from(tick) * 1e-3);
+        }
+        generator.step();
+    }
+    table
+}
+
+/// Every kind of generator file: the default walk, the thesis' network, a shape. The angles are those of the core's steps at 1 ms.
+#[test]
+fn a_generator_file_is_played_as_the_core_steps_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |kind: &str| {
+        let path = folder.path().join(format!("{kind}.toml"));
+        std::fs::write(&path, GeneratorFile::default_of(kind).expect("a default").to_toml()).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let shape = concat!(env!("CARGO_MANIFEST_DIR"), "/../../samples/generator.toml");
+    let (walk_file, thesis) = (file("phase-coupled"), file("thesis"));
+    let default_walk = cpg_core::gait::default_walk::default_walk(Period::MILLISECOND).unwrap();
+    assert_eq!(data(&["--generator", &walk_file, "--secs", "20", "--every-ms", "7"]), stepped(default_walk, 20_000, 7));
+    for path in [shape, &thesis] {
+        let set = GeneratorFile::read(path.as_ref()).unwrap().set;
+        let built = set.build(Period::MILLISECOND).unwrap();
+        assert_eq!(data(&["--generator", path, "--secs", "3", "--csv"]), stepped(built, 3_000, 10), "{path}");
+    }
+
+    // To a file, which is kept if it is there, and which other commands read.
+    let out = folder.path().join("angles.csv");
+    let name = out.to_str().unwrap();
+    let (code, printed, talk) = walk(&["--generator", &walk_file, "--secs", "20", "--csv", name]);
+    assert_eq!((code, printed.as_str(), talk), (0, "", format!("written: {name}\n")));
+    let default_walk = cpg_core::gait::default_walk::default_walk(Period::MILLISECOND).unwrap();
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), stepped(default_walk, 20_000, 10));
+    let (code, _, talk) = walk(&["--generator", &walk_file, "--csv", name]);
+    assert!(code == 2 && talk.contains("exists already and is kept"), "{talk}");
+    let (code, _, talk) = walk(&["--generator", &walk_file, "--csv", &walk_file, "--force"]);
+    assert!(code == 2 && talk.contains("is an input of this command"), "{talk}");
+    let (code, printed, talk) = parts(footfall(["check", "--trace", name]));
+    assert!(code == 0 && printed.contains("good: `fit` takes it"), "{printed}{talk}");
+    // A gait too.
+    let gait = folder.path().join("gait.csv");
+    let (code, _, talk) = walk(&["--gait", "run", "--secs", "1", "--csv", gait.to_str().unwrap()]);
+    assert_eq!(code, 0, "{talk}");
+    assert_eq!(std::fs::read_to_string(&gait).unwrap(), data(&["--gait", "run", "--secs", "1", "--csv"]));
+}
+
+/// A follower moves with a simulated person, which a note says.
+#[test]
+fn a_follower_is_played_with_a_simulated_person() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../samples/follower.toml");
+    let (code, table, talk) = walk(&["--generator", file, "--secs", "20", "--every-ms", "10"]);
+    assert_eq!(code, 0, "{talk}");
+    assert!(talk.starts_with("note: a follower: it gets the left_hip angle of a simulated person"), "{talk}");
+    let knee = |line: &str| line.split(',').nth(3).unwrap().parse::<f64>().unwrap();
+    let late: Vec<f64> = table.lines().skip(1502).map(knee).collect();
+    let range =
+        |all: &[f64]| all.iter().copied().fold(f64::MIN, f64::max) - all.iter().copied().fold(f64::MAX, f64::min);
+    assert!(late.len() == 500 && range(&late) > 30.0, "{}", range(&late));
 }

@@ -338,7 +338,7 @@ pub fn fit(
     progress("strides");
     let mut conditioned = condition(raw, &settings.rules).map_err(|why| FitError::Condition { file: file(), why })?;
     let strides = segment(&conditioned).map_err(|why| FitError::Strides { file: file(), why })?;
-    conditioned.findings.extend(strides.drift());
+    conditioned.findings.extend(strides.drift().into_iter().chain(strides.differ()));
     let mut notes: Vec<String> = raw.notes.clone();
     let period_s = if conditioned.normalised_cycle && settings.rules.stride_s.is_none() {
         notes.push(format!(

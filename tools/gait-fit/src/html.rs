@@ -24,8 +24,10 @@ pub const END: &str = "</main></body></html>\n";
 /// Escapes text for HTML.
 #[must_use]
 pub fn escape(text: &str) -> String {
-    // Other control characters are in neither HTML nor XML.
-    let allowed = |c: char| !c.is_control() || matches!(c, '\n' | '\t');
+    // Other control characters are in neither HTML nor XML, and a mark of the writing direction shows a name as another one.
+    let direction =
+        |c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let allowed = |c: char| (!c.is_control() || matches!(c, '\n' | '\t')) && !direction(c);
     let text: String = text.chars().map(|c| if allowed(c) { c } else { '\u{fffd}' }).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

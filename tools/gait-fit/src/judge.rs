@@ -169,6 +169,18 @@ pub fn pooled(joints: &[JointFit; 4], error: impl Fn(&JointFit) -> Option<f64>) 
     errors.map(|errors| gait_trace::root_mean_square(&errors))
 }
 
+/// The errors on strides that were not fitted, over the joints, with their floor.
+#[must_use]
+pub fn held_out_in_words(joints: &[JointFit; 4]) -> String {
+    let heldout = pooled(joints, |joint| joint.rmse_heldout_deg);
+    match (heldout, pooled(joints, |joint| joint.heldout_floor_deg)) {
+        (Some(heldout), Some(floor)) => format!(
+            "RMSE on strides that were not fitted: {heldout:.2} degrees; floor, the error of the person's own mean stride there: {floor:.2}"
+        ),
+        _ => "RMSE on strides that were not fitted: not known from one stride".into(),
+    }
+}
+
 /// The largest value and its place in cycles, interpolated by a parabola.
 fn largest(points: &[f64; POINTS]) -> (f64, f64) {
     let k = (0..POINTS).max_by(|a, b| points[*a].total_cmp(&points[*b])).unwrap_or(0);

@@ -106,7 +106,7 @@ pub fn fit_six_joints(
         return Err(SixJointsError::Cycle(file()));
     }
     let strides = segment(&conditioned).map_err(|why| SixJointsError::Strides { file: file(), why })?;
-    conditioned.findings.extend(strides.drift());
+    conditioned.findings.extend(strides.drift().into_iter().chain(strides.differ()));
     let feet = ankles.cycles(&strides.spans, conditioned.start_s, rules.longest_bridge_s);
     let feet = feet.map_err(SixJointsError::Ankles)?;
     let curves: Vec<Curves<COUNT>> = strides

@@ -147,15 +147,21 @@ pub enum Fault {
         /// What to do instead.
         instead: &'static str,
     },
-    /// An OpenSim file holds another quantity.
+    /// A file holds another quantity, or may do so.
     #[error(
-        "this file holds {holds} (title line `{title}`), not joint angles; allowed are files of angles: `Coordinates`, `inverse kinematics`, `q`, `Generalized coordinates`, `states`, or the name of a trial"
+        "{what}; allowed are files of joint angles: by the title `Coordinates` or `inverse kinematics`, by columns `/.../value`, by speeds beside them (`hip_flexion_l_u`), by a `pelvis_ty` in metres, or by `--unit degrees|radians` where the title names no other quantity"
     )]
     NotAngles {
-        /// What it holds.
-        holds: &'static str,
-        /// Its title.
-        title: String,
+        /// What the file says, or does not say.
+        what: String,
+    },
+    /// A line above the header of a table names another quantity.
+    #[error(
+        "this line names {what}, and not joint angles, and the table is below it; allowed are angles in degrees or radians: `--unit degrees|radians` if they are, or delete the line"
+    )]
+    TitleOfOther {
+        /// The quantity or its unit, in words.
+        what: String,
     },
     /// The column of the times is mapped to a joint.
     #[error("the column of the times is mapped to {joint}; allowed is a column of angles or volts")]

@@ -3,7 +3,7 @@
 use crate::clean::hip_sign::{HipSignDoubt, HipSignReason, TakenHipSign};
 use crate::clean::knee_sign::{KneeSignReason, TakenKneeSign};
 use crate::clean::positive_direction::PositiveDirection;
-use crate::raw::SignBasis;
+use crate::raw::{Doubt, SignBasis};
 use joint_units::Joint;
 use std::fmt;
 
@@ -124,6 +124,20 @@ pub enum FindingKind {
         /// Phase difference of the two, cycles.
         cycles: f64,
     },
+    /// What the reader took for granted.
+    Guess(Doubt),
+    /// The leg that the file does not have is the other one, moved by half a stride, as requested.
+    Mirrored {
+        /// Half a stride, seconds.
+        half_s: f64,
+    },
+    /// The right leg of a cycle is moved by half of it, as requested.
+    OwnCycles,
+    /// Strides of a short recording differ, as those of a turn do.
+    StridesDiffer {
+        /// Largest distance of two strides in a row, root mean square over joints and points, degrees.
+        deg: f64,
+    },
 }
 
 /// More than one row in this many with the time of the row before: the time stamps are too coarse, and dropped rows are lost data.
@@ -210,6 +224,8 @@ impl Finding {
             | FindingKind::Held { .. }
             | FindingKind::Folded { .. }
             | FindingKind::Displaced { .. }
+            | FindingKind::Guess(_)
+            | FindingKind::StridesDiffer { .. }
             | FindingKind::Drift { .. } => Level::Warning,
             FindingKind::RepeatedTimes { rows, of } if rows * MANY_REPEATED > of => Level::Warning,
             FindingKind::ReceivedTimes { share } if share > LONG_DELAYS => Level::Warning,
@@ -231,12 +247,8 @@ impl Finding {
                 why: KneeSignReason::AskedAgain(_) | KneeSignReason::Converted(SignBasis::Turned),
                 ..
             }) => Level::Warning,
-            // The angles of the knees do not show it: a guess that changes them.
-            FindingKind::KneeSign(TakenKneeSign {
-                why: KneeSignReason::Shape,
-                sign: PositiveDirection::Extension,
-                ..
-            }) => Level::Warning,
+            // Neither the format nor the angles of the knees show it: a guess.
+            FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Shape, .. }) => Level::Warning,
             _ => Level::Note,
         }
     }
@@ -367,10 +379,26 @@ impl fmt::Display for Finding {
                     "left and right {part} are {cycles:.2} strides apart, not 0.5: columns may be exchanged{hint}"
                 )?;
             }
+            FindingKind::Guess(doubt) => doubt.fmt(f)?,
+            FindingKind::Mirrored { half_s } => {
+                write!(f, "{joint}: that of the other leg, {half_s:.3} s later, half a stride, as requested")?;
+            }
+            FindingKind::OwnCycles => f.write_str(
+                "each leg counts from its own contact, as requested: the right leg is moved by half of the cycle",
+            )?,
+            FindingKind::StridesDiffer { deg } => {
+                write!(
+                    f,
+                    "{from:.3} s to {to:.3} s: strides differ by {deg:.1} deg (root mean square), as in a turn or where the pace changes"
+                )?;
+            }
         }
         match (self.what, self.done) {
             (
-                FindingKind::NormalisedCycle
+                FindingKind::Guess(_)
+                | FindingKind::Mirrored { .. }
+                | FindingKind::OwnCycles
+                | FindingKind::NormalisedCycle
                 | FindingKind::CycleOf { .. }
                 | FindingKind::CycleOrSeconds { .. }
                 | FindingKind::NoHips
@@ -405,6 +433,9 @@ impl fmt::Display for Finding {
             ) => f.write_str(
                 "; the sign was changed; `--knee-sign extension` confirms that, `--knee-sign flexion` keeps it",
             ),
+            (FindingKind::KneeSign(TakenKneeSign { why: KneeSignReason::Shape, .. }), _) => {
+                f.write_str("; not changed; `--knee-sign flexion` confirms it, `--knee-sign extension` changes it")
+            }
             (
                 FindingKind::HipSign(TakenHipSign { why: HipSignReason::Converted(SignBasis::Turned), .. }),
                 Done::Reported,
@@ -447,7 +478,11 @@ fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> f
     match why {
         KneeSignReason::Range => write!(f, "too far for {opposite} of a knee)"),
         KneeSignReason::OtherKnee => write!(f, "one sign for both knees, and the other one shows it)"),
-        KneeSignReason::Shape => write!(f, "by the shape of the strides)"),
+        KneeSignReason::Shape => write!(f, "by the shape of the strides, which is a guess)"),
+        KneeSignReason::Format(why) => {
+            write!(f, "{why}), although its angles or its shape are those of the other sign")
+        }
+        KneeSignReason::Computed => write!(f, "computed from positions)"),
         KneeSignReason::Asked => write!(f, "as requested)"),
         KneeSignReason::AskedAgain(basis) => write!(f, "{})", asked_again(basis)),
         KneeSignReason::Converted(basis) => write!(f, "{})", converted(basis)),

@@ -91,7 +91,7 @@ pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
 pub use finding::{Done, Finding, FindingKind, Level};
 pub use options::{Axis, MapError, ReadOptions, RowFilter};
-pub use raw::{RawJoint, RawJoints, SignBasis, SignSource, UnitSource};
+pub use raw::{Doubt, RawJoint, RawJoints, SignBasis, SignSource, UnitSource};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };

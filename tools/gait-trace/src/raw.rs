@@ -1,6 +1,7 @@
 //! The four joints as a file has them: the output of every reader, before any repair, change of sign or cut.
 
 use crate::format::angle_unit::AngleUnit;
+use crate::options::Axis;
 use joint_units::Joint;
 use std::fmt;
 
@@ -74,8 +75,10 @@ impl SignBasis {
 /// What a file or its format says about the sign of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SignSource {
-    /// Nothing.
+    /// Nothing: each column may have a sign of its own.
     Unknown,
+    /// Nothing, but left and right are angles of one model, which has one sign for both.
+    Model,
     /// Flexion is positive by definition; with the reason.
     Format(&'static str),
     /// The reader computed the angles from positions, with flexion positive if the person's forward is known.
@@ -88,6 +91,51 @@ impl SignSource {
     /// [`Self::Format`] with that reason if the format defines the sign, else [`Self::Unknown`].
     pub(crate) const fn by_format(is_defined: bool, why: &'static str) -> Self {
         if is_defined { Self::Format(why) } else { Self::Unknown }
+    }
+}
+
+/// What a reader took for granted although the file does not say it. Each is a warning: `--strict` refuses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Doubt {
+    /// The columns are angles: neither the title nor another column says so, only the unit.
+    Quantity,
+    /// The columns are angles in this unit: no heading says that they are angles, and the values imply it.
+    Unit(AngleUnit),
+    /// Flexion is this component of the angles, which moves most.
+    Component(Axis),
+    /// Flexion is the first component of the angles, although none clearly moves most.
+    NoComponent,
+    /// Up is an axis of the laboratory, from which the legs lean by so many degrees in the mean.
+    Vertical {
+        /// Angle between the axis and the line from ankles to hips, degrees.
+        lean_deg: f64,
+    },
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Quantity => f.write_str(
+                "the columns are read as angles because the header gives their unit in degrees, but neither the title line nor another column says so; `--unit degrees` confirms it",
+            ),
+            Self::Unit(unit) => write!(
+                f,
+                "no heading says that the columns are angles, and they are read as {0} because of their values, which is a guess; `--unit {0}` confirms it",
+                unit.words()
+            ),
+            Self::Component(axis) => write!(
+                f,
+                "flexion is read from component {0} of the angles because it moves most, which is a guess; `--axis {0}` confirms it",
+                axis.name()
+            ),
+            Self::NoComponent => f.write_str(
+                "no component of the angles clearly moves like flexion, and x is read, which is a guess; `--axis x` confirms it, `--axis y|z` takes another",
+            ),
+            Self::Vertical { lean_deg } => write!(
+                f,
+                "in the mean the legs lean by {lean_deg:.0} deg from the axis of the laboratory that is read as the vertical: if that axis is tilted, the hips are displaced by as much; turn the laboratory upright and export again"
+            ),
+        }
     }
 }
 
@@ -132,4 +180,6 @@ pub struct RawJoints {
     pub joints: [Option<RawJoint>; Joint::COUNT],
     /// Decisions of the reader that the user should know, one sentence each.
     pub notes: Vec<String>,
+    /// Guesses of the reader, which are warnings.
+    pub doubts: Vec<Doubt>,
 }

@@ -369,14 +369,14 @@ fn opensim_files() {
                 "a.mot",
                 header("Coordinates", "Inverse Dynamics Generalized Forces"),
                 &[
-                    "a.mot:1: this file holds joint moments and forces (title line `Inverse Dynamics Generalized Forces`)",
+                    "a.mot:1: the title line `Inverse Dynamics Generalized Forces` names another quantity than joint angles (`dynamics`)",
                 ],
             ),
             damage(
                 "a title in SIMM's words",
                 "a.mot",
                 header("Coordinates", "name Accelerations"),
-                &["a.mot:1: this file holds joint accelerations (title line `Accelerations`), not joint angles"],
+                &["a.mot:1: the title line `Accelerations` names another quantity than joint angles"],
             ),
             damage("cut within the header", "a.mot", lines[..4].join("\n"), &["a.mot:4: `endheader` is missing"]),
             damage(
@@ -569,7 +569,7 @@ fn trc_files() {
             damage(
                 "cut within a row",
                 "a.trc",
-                good[..good.len() - 30].to_owned(),
+                good[..good.len() - 30].to_owned() + "\n",
                 &["a.trc:380: ", "fields; allowed are 20"],
             ),
             damage(
@@ -594,8 +594,8 @@ fn trc_files() {
             damage(
                 "no time",
                 "a.trc",
-                good.replacen("\tTime", "\tSeconds", 1),
-                &["a.trc:4: `the second column` is `Seconds`; allowed is `Time`"],
+                good.replacen("\tTime", "\tMoment", 1),
+                &["a.trc:4: `the second column` is `Moment`; allowed is `Time`"],
             ),
             damage(
                 "no leg",

@@ -292,13 +292,13 @@ fn each_reader_knows_what_its_format_defines() {
     // Another component than the first, and a column that only the map calls a hip.
     let y = ReadOptions { axis: Some(Axis::Y), unit: Some(AngleUnit::Degrees), ..ReadOptions::default() };
     for name in ["c3d/angles_intel_floats.c3d", "vicon/semicolons_decimal_commas.csv"] {
-        assert_eq!(sources(&corpus(name, &y)), [SignSource::Unknown; 2], "{name}");
+        assert_eq!(sources(&corpus(name, &y)), [SignSource::Model; 2], "{name}");
     }
     let mut mapped = ReadOptions::default();
     mapped.add_map("left_hip=pelvis_tx").unwrap();
     let text = "walk\nversion=1\nnRows=2\nnColumns=3\ninDegrees=yes\nendheader\ntime\tpelvis_tx\thip_flexion_r\n0\t0.5\t1\n0.01\t1.0\t1\n";
     let raw = open::of_bytes("walk.mot", text.as_bytes(), &mapped).unwrap();
-    assert!(sources(&raw)[0] == SignSource::Unknown && is_defined(&sources(&raw)[1]));
+    assert!(sources(&raw)[0] == SignSource::Model && is_defined(&sources(&raw)[1]));
 }
 
 /// What `footfall convert` wrote is flexion positive: a person who walks backwards stays as converted.

@@ -1,7 +1,6 @@
 //! Tables and exports that look like a recording and were read as another one: each is read as it is, or refused with the reason.
 
 mod support;
-#[allow(dead_code, reason = "one function of it is used here")]
 mod synthetic;
 
 use gait_trace::format::open;

@@ -1,6 +1,5 @@
 //! Rows of several recordings in one CSV file are never read as one person: a column tells them apart, or their times and angles do.
 
-#[allow(dead_code, reason = "one function of it is used here")]
 mod synthetic;
 
 use gait_trace::format::open;

@@ -33,6 +33,7 @@ fn main() -> ExitCode {
         no_gait_is_near_what_is_refused_as_no_gait(Traces),
         no_recording_drifts(Traces),
         units_that_are_left_out_are_inferred(Traces),
+        windows_of_two_to_three_strides_keep_the_period(Traces),
     ])
 }
 
@@ -107,6 +108,7 @@ fn raw(path: &Path) -> RawJoints {
         received: false,
         joints,
         notes: vec![],
+        doubts: vec![],
     }
 }
 
@@ -333,8 +335,15 @@ fn a_goniometer_on_one_knee_gives_strides() {
             let angle_deg = recording.channels()[0].values().iter().map(|x| sign * x).collect();
             let joints = [None, None, Some(RawJoint::degrees("knee", angle_deg)), None];
             let time_s = recording.time_s().to_vec();
-            let raw =
-                RawJoints { file: name.into(), format: "CSV".into(), time_s, received: false, joints, notes: vec![] };
+            let raw = RawJoints {
+                file: name.into(),
+                format: "CSV".into(),
+                time_s,
+                received: false,
+                joints,
+                notes: vec![],
+                doubts: vec![],
+            };
             let done = condition(&raw, &Rules::default()).unwrap();
             let flipped = done.findings.iter().filter(|finding| finding.done == Done::Flipped).count();
             assert_eq!(flipped, usize::from(sign < 0.0), "{name}: {:?}", done.findings);
@@ -422,6 +431,41 @@ fn no_recording_drifts() {
         let (_, walk) = of(&folder, name);
         assert_eq!(walk.drift(), [], "{name}");
     }
+}
+
+/// Windows of 2.05 to 2.9 strides anywhere in a recording, of both legs, of one, and of one knee, have its period and not two of them.
+fn windows_of_two_to_three_strides_keep_the_period() {
+    let folder = traces_folder();
+    let mut windows = 0;
+    for (name, period, strides) in BILATERAL.into_iter().filter(|file| file.2 > 2.05) {
+        let whole = raw(&folder.join(format!("{name}.csv")));
+        let rate = (whole.time_s.len() - 1) as f64 / (whole.time_s[whole.time_s.len() - 1] - whole.time_s[0]);
+        for n in 0..12 {
+            let length = (rate * period * (2.05 + 0.077 * f64::from(n))) as usize;
+            let from = (n as usize * 37 % 12) * whole.time_s.len().saturating_sub(length) / 12;
+            let part = from..(from + length).min(whole.time_s.len());
+            for joints in [&[0, 1, 2, 3][..], &[0, 2], &[2]] {
+                let mut raw = whole.clone();
+                raw.time_s = whole.time_s[part.clone()].to_vec();
+                for (joint, column) in raw.joints.iter_mut().enumerate() {
+                    *column = column.take().filter(|_| joints.contains(&joint));
+                    column.iter_mut().for_each(|column| column.angle_deg = column.angle_deg[part.clone()].to_vec());
+                }
+                // A window of a trial with standing and dropouts may have no stride.
+                let Ok(done) = condition(&raw, &Rules::default()) else { continue };
+                let Ok(found) = cut::cut(&done) else { continue };
+                let mean =
+                    found.spans.iter().map(|span| span.end_s - span.start_s).sum::<f64>() / found.spans.len() as f64;
+                assert!(
+                    (mean / period - 1.0).abs() < 0.25,
+                    "{name} of {strides} strides, {part:?}, {joints:?}: {mean} for {period}"
+                );
+                windows += 1;
+            }
+        }
+    }
+    report!("{windows} windows");
+    assert!(windows > 300, "{windows}");
 }
 
 /// Without a unit in the headings, degrees and radians are inferred rightly, and no recording is taken for volts.

@@ -1,7 +1,6 @@
 //! Units: what a file states holds against a map, where each unit is from is known, and an unstated unit that gives no gait is refused.
 
 mod support;
-#[allow(dead_code, reason = "one function of it is used here")]
 mod synthetic;
 
 use gait_trace::format::angle_unit::AngleUnit;

@@ -5,7 +5,7 @@
 use gait_trace::format::open;
 use gait_trace::stride::strides::segment;
 use gait_trace::{
-    Conditioned, Done, Finding, FindingKind, KneeSignReason, PositiveDirection, RawJoints, ReadOptions, Rules,
+    Conditioned, Done, Finding, FindingKind, KneeSignReason, Level, PositiveDirection, RawJoints, ReadOptions, Rules,
     condition,
 };
 use joint_units::Joint;
@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         bent_knees_are_not_turned(Wild),
         missing_joint_centres_are_missing_values(Wild),
         markers_give_nearly_the_angles_of_the_model(Wild),
+        what_was_read_wrong_is_read_right(Wild),
     ])
 }
 
@@ -67,6 +68,32 @@ fn both_knees_of_half_a_stride_are_turned() {
     assert!(is_near(extent(conditioned(&raw, &asked).joint(Joint::LeftKnee).unwrap()), (-44.6, -11.4)));
 }
 
+/// The kinds of `november/README.md` of which there is a file; `kinds.rs` has others of each kind.
+fn what_was_read_wrong_is_read_right() {
+    let knees = |name: &str, rules: &Rules| {
+        let done = conditioned(&good(&format!("november/{name}")), rules);
+        let of = |joint| extent(done.joint(joint).unwrap());
+        ([of(Joint::LeftKnee), of(Joint::RightKnee)], done)
+    };
+    let is = |(a, b): (f64, f64), least: f64, most: f64| (a - least).abs() < 1.0 && (b - most).abs() < 1.0;
+    let plain = Rules::default();
+    let ([left, right], done) = knees("04_pig_stiff_knees_rotation.c3d", &plain);
+    assert!(left.1 - left.0 < 20.0 && right.1 - right.0 < 20.0, "{left:?} {right:?}");
+    assert!(done.findings.iter().all(|finding| finding.level() < Level::Warning), "{:?}", done.findings);
+    let ([left, _], _) = knees("05_pig_recurvatum_one_knee.c3d", &plain);
+    assert!(is(left, -27.0, 14.0), "{left:?}");
+    let ([left, right], _) = knees("07_opensim_locked_prosthetic_knee.mot", &plain);
+    assert!(is(left, 0.0, 3.0) && right.1 > 60.0, "{left:?} {right:?}");
+    let own = good("november/09_each_leg_own_cycle.csv");
+    assert!(condition(&own, &plain).unwrap_err().to_string().contains("`--own-cycles`"));
+    let (_, done) = knees("09_each_leg_own_cycle.csv", &Rules { own_cycles: true, ..plain });
+    assert!(segment(&done).is_ok());
+    for name in ["11_times.trc", "14_trailing_blanks_trimmed.trc", "17_excel_empty_rows.csv", "18_msvc_nan.mot"] {
+        let walk = segment(&knees(name, &plain).1).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!((walk.period_s - 1.08).abs() < 0.03, "{name}: {}", walk.period_s);
+    }
+}
+
 fn a_header_with_other_counts_is_a_note() {
     let raw = good("osim_moco_3d_coordinates.sto");
     assert_eq!(raw.time_s.len(), 1350);
@@ -78,15 +105,13 @@ fn a_header_with_other_counts_is_a_note() {
 
 fn controls_errors_and_speeds_are_refused_by_title() {
     for (name, words) in [
+        ("osim_hamner_rra_controls.sto", ":1: the title line `controls` names another quantity than joint angles"),
+        ("osim_gait2354_cmc_perr.sto", ":1: the title line `PositionErrors` names another quantity than joint angles"),
+        ("osim_gait2354_forward_u.sto", ":1: the title line `Speeds` names another quantity than joint angles"),
         (
-            "osim_hamner_rra_controls.sto",
-            ":1: this file holds actuator controls (title line `controls`), not joint angles",
+            "november/01_static_optimization_activation.sto",
+            ":1: the title line `Static Optimization` names another quantity than joint angles",
         ),
-        (
-            "osim_gait2354_cmc_perr.sto",
-            ":1: this file holds position errors (title line `PositionErrors`), not joint angles",
-        ),
-        ("osim_gait2354_forward_u.sto", ":1: this file holds joint speeds (title line `Speeds`), not joint angles"),
     ] {
         let error = read(name).unwrap_err();
         assert!(error.contains(words) && error.contains("allowed are"), "{error}");

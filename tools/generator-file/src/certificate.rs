@@ -7,8 +7,8 @@
 //! | return | kicks of half an amplitude of every state at [`KICK_PHASES`] phases, and [`RANDOM_KICKS`] of all states: the distance from the orbit falls to a tenth within [`RETURN_STRIDES`] strides |
 //! | settling time | the longest time of these kicks until the distance is and stays below a tenth of the first |
 //! | random starts | states within ±[`START_BOX`] amplitudes: how many are on the orbit after [`START_STRIDES`] strides |
-//! | motion and limits | range, rate and acceleration of each joint and the pose limits over 20 strides in f32 at 1 ms ([`crate::limits`]) |
-//! | walks | the control loop with the robot's limits ([`crate::drive`]) |
+//! | motion and limits | range, rate and acceleration of each joint and the pose limits in f32 at 1 ms, from the generator's own start over the whole way to the orbit, and 20 strides of the orbit ([`crate::limits`]) |
+//! | walks | the control loop with the robot's limits over the same time ([`crate::drive`]) |
 //! | entrainment | a link from a master oscillator at three strengths; frequencies of the master that lock every joint 1:1 ([`crate::entrainment`]) |
 //! | following | only a follower: lock times, lock range, steady phase error ([`crate::following`]) |
 //! | corrections | only a follower with corrections: their size where the measured joint differs from its template by twice what is usual ([`crate::corrected`]) |
@@ -119,10 +119,11 @@ pub fn certify_subject(
         reasons: vec![],
     };
     progress("orbit");
-    let reasons = match subject.motion()? {
+    let mut reasons = match subject.motion()? {
         None => certificate.phase_only(subject, &measured, &robot.gate, progress)?,
         Some(settled) => certificate.of_model(subject, &settled, starts, &measured, progress),
     };
+    reasons.extend(does_not_walk(&certificate.drive, &measured.excesses));
     certificate.status = reasons.first().map_or(CertificateStatus::Accepted, |(status, _)| *status);
     certificate.accepted = reasons.is_empty();
     let words: Vec<String> = reasons.iter().map(in_words).collect();
@@ -173,7 +174,10 @@ impl Certificate {
         self.largest_step_ms = largest_step(subject, period_s);
         let lock = lock.map(|why| (CertificateStatus::DoesNotLock, Some(why)));
         let at_bound = at_bound.map(|why| (CertificateStatus::CorrectionsAtBound, Some(why)));
-        Ok([still(measured), unsound(measured), lock, at_bound, beyond(measured)].into_iter().flatten().collect())
+        Ok([still(measured), unsound(measured), lock, at_bound, beyond(measured, &self.drive)]
+            .into_iter()
+            .flatten()
+            .collect())
     }
 
     /// Everything that needs the states. Returns the conditions that are not met.
@@ -191,7 +195,10 @@ impl Certificate {
         if matches!(settled.motion, Motion::Still) {
             return vec![(CertificateStatus::DoesNotOscillate, None)];
         }
-        let reasons = [still(measured), unsound(measured), returns, beyond(measured)].into_iter().flatten().collect();
+        let reasons = [still(measured), unsound(measured), returns, beyond(measured, &self.drive)]
+            .into_iter()
+            .flatten()
+            .collect();
         let Motion::Periodic(orbit) = &settled.motion else { return reasons };
         if model.has_joint_states() {
             progress("entrainment");
@@ -218,11 +225,25 @@ fn unsound(measured: &Measured) -> Option<Verdict> {
     (!measured.sound).then_some((CertificateStatus::LeavesItsBound, None))
 }
 
-fn beyond(measured: &Measured) -> Option<Verdict> {
-    let first = measured.excesses.first()?;
-    let more = match measured.excesses.len() {
-        1 => String::new(),
-        count => format!(", and {} more", count - 1),
+fn does_not_walk(drive: &Drive, excesses: &[Excess]) -> Option<Verdict> {
+    let why = drive.why_not.as_deref()?;
+    // A limit that is exceeded is a reason of its own.
+    let known = excesses.iter().find_map(|excess| why.strip_suffix(&format!(": {excess}")));
+    Some((CertificateStatus::DoesNotWalk, Some(known.unwrap_or(why).into())))
+}
+
+fn beyond(measured: &Measured, drive: &Drive) -> Option<Verdict> {
+    let why = match measured.excesses.as_slice() {
+        [first] => first.to_string(),
+        [first, more @ ..] => format!("{first}, and {} more", more.len()),
+        // A pose that is inside its limit can come too near to it too fast.
+        [] => {
+            let first = drive.first_limited_s?;
+            format!(
+                "they act in {} of {} ticks in the control loop, first {first:.2} s after arming",
+                drive.limited_ticks, drive.ticks
+            )
+        }
     };
-    Some((CertificateStatus::BeyondLimits, Some(format!("{first}{more}"))))
+    Some((CertificateStatus::BeyondLimits, Some(why)))
 }

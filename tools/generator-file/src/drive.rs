@@ -1,7 +1,7 @@
 //! Whether a generator walks on a robot: it is run through the control loop of `joint-loop` on the host, limits and monitor included.
 //!
-//! The button arms it at each of [`STARTS`] phases of its stride, first after the boot, then after its transients. It walks if, each time,
-//! the loop gets to its walking state and stays there, without fault or stop, at least one joint moves, and the limits leave each joint at
+//! The button arms it at each of [`STARTS`] phases of its stride. The first time is right after the boot: it walks the whole way from its own start
+//! to its orbit, and 20 strides of it. The others are after its transients. It walks if, each time, the loop gets to its walking state and stays there, without fault or stop, at least one joint moves, and the limits leave each joint at
 //! least half of its motion. A limit that acts is counted, and the difference that it makes is the error as driven.
 
 use cpg_core::Generator;
@@ -12,14 +12,14 @@ use serde::Serialize;
 
 use crate::file::GeneratorSet;
 use crate::led::Led;
-use crate::limits::{Excess, Limit, SETTLE_STRIDES, STILL_DEG, measure};
+use crate::limits::{Excess, Limit, SETTLE_STRIDES, STILL_DEG, Way, measure};
 use crate::subject::Subject;
 
 /// Phases at which it is armed.
 pub const STARTS: u32 = 4;
-/// Least walking time of each start, in strides and in seconds.
+/// Least walking time of each start but the first, in strides and in seconds.
 const WALKED: (f64, f64) = (20.0, 20.0);
-/// Most ticks of each start.
+/// Most ticks of each start but the first.
 const MOST_TICKS: f64 = 300_000.0;
 /// Ticks from the boot to the first hold of the button, and of the hold.
 const BOOT: u32 = 100;
@@ -47,6 +47,8 @@ pub struct Drive {
     pub ticks: u32,
     /// Those in which a limit acted.
     pub limited_ticks: u32,
+    /// The first of these, seconds after the arming; none if no limit acted.
+    pub first_limited_s: Option<f64>,
     /// Root mean square difference of setpoint and generator while it walked, degrees, in the order of the joints.
     pub lost_deg: [f64; Joint::COUNT],
     /// The last strides: cycles of the generator's phase, and setpoints in degrees. Empty if it does not walk.
@@ -79,12 +81,14 @@ pub fn walks(set: &GeneratorSet, robot: &LoopConfig) -> Result<Drive, String> {
 pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess]) -> Result<Drive, String> {
     let stride = subject.stride_guess_s() * 1e3;
     let walked = (WALKED.0 * stride).max(WALKED.1 * 1e3).min(MOST_TICKS) as u32;
+    let whole_way = walked.max(Way::of(subject)?.ticks());
     let kept = (KEPT * stride).min(MOST_TICKS) as usize;
     let mut all = Drive {
         walks: true,
         why_not: None,
         ticks: 0,
         limited_ticks: 0,
+        first_limited_s: None,
         lost_deg: [0.0; Joint::COUNT],
         strides: vec![],
     };
@@ -93,17 +97,26 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
     let mut unarmed = Unarmed::boot(subject, config)?;
     for start in 0..STARTS {
         // The first start is that of a board that has just booted; the others begin on the motion that is left after all transients.
+        let walked = if start == 0 { whole_way } else { walked };
         let settled = if start == 0 { 0.0 } else { SETTLE_STRIDES * stride };
         let phase = f64::from(start) / f64::from(STARTS) * stride;
         let mut joints = unarmed.after(BOOT + (settled + phase).min(MOST_SETTLE_TICKS) as u32);
-        let mut armed = 0;
+        // Ticks since the arming.
+        let mut armed = None;
         for tick in 0..HOLD + RAMP {
             joints.tick(&Sample { button: tick < HOLD, ..Sample::default() });
-            armed += 1;
-            if joints.state() == SupervisorState::Walking {
+            let is_arming = joints.state() == SupervisorState::Arming;
+            armed = armed.or(is_arming.then_some(0)).map(|ticks| ticks + 1);
+            // It walks, or the ramp was stopped.
+            if armed.is_some() && !is_arming {
                 break;
             }
         }
+        let Some(armed) = armed else {
+            all.walks = false;
+            all.why_not = Some(format!("it does not arm, cause {}", joints.frame().cause.name()));
+            break;
+        };
         all.strides.clear();
         let (mut cycles, mut before) = (0.0, joints.generator().phase());
         for tick in 0..walked {
@@ -125,7 +138,10 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
                 motion.add(wanted);
             }
             all.ticks += 1;
-            all.limited_ticks += u32::from(frame.limited.any());
+            if frame.limited.any() {
+                all.limited_ticks += 1;
+                all.first_limited_s.get_or_insert(f64::from(armed + tick + 1) * 1e-3);
+            }
             if tick as usize + kept >= walked as usize {
                 all.strides.push((cycles, set));
             }
@@ -215,7 +231,7 @@ fn why_not(cause: Cause, after_s: f64, excesses: &[Excess]) -> String {
     let pose = excesses.iter().filter(|excess| excess.limit == Limit::Pose);
     let furthest = pose.max_by(|a, b| (a.value - a.allowed).total_cmp(&(b.value - b.allowed)));
     match (cause, furthest) {
-        (Cause::Pose, Some(excess)) => excess.to_string(),
+        (Cause::Pose, Some(excess)) => format!("it stops {after_s:.1} s after arming, cause pose: {excess}"),
         _ => format!("it stops {after_s:.1} s after arming, cause {}", cause.name()),
     }
 }
@@ -309,7 +325,10 @@ mod tests {
         assert!(!got.walks && got.strides.is_empty());
         let why = got.why_not.unwrap();
         assert!(
-            why.contains("left_hip") && why.contains("> 75 degrees at") && why.ends_with("% of the stride"),
+            why.starts_with("it stops 1.")
+                && why.contains("left_hip")
+                && why.contains("> 75 degrees at")
+                && why.ends_with("% of the stride"),
             "{why}"
         );
 

@@ -24,11 +24,11 @@ use cpg_core::network::thesis::ThesisConfig;
 use joint_loop::GeneratorConfig;
 pub use joint_loop::SERIES_HARMONICS;
 pub use joint_loop::generator::GeneratorSet;
-use joint_loop::generator::SetError;
 pub use joint_loop::generator::follow::{CorrectionsSet, FollowSet};
 pub use joint_loop::generator::phase_coupled::{PhaseCoupledJoint, PhaseCoupledSet};
 pub use joint_loop::generator::shape::{Coefficients, ShapeJoint, ShapeSet};
 pub use joint_loop::generator::thesis::{ThesisJoint, ThesisSet};
+use joint_loop::generator::{Allowed, SetError};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
@@ -128,7 +128,15 @@ impl GeneratorFile {
         match set.check() {
             Ok(()) => Ok(Self { provenance, set }),
             Err(SetError::Value { key, allowed }) => {
-                Err(top.not_allowed(&format!("{kind}.{key}"), &allowed.to_string()))
+                let range = match allowed {
+                    Allowed::Range { least, most, .. } => Some(least..=most),
+                    Allowed::Finite => Some(f32::MIN..=f32::MAX),
+                    _ => None,
+                };
+                let path = format!("{kind}.{key}");
+                // The configuration may know of a list only that one of its numbers is wrong.
+                let path = range.and_then(|range| top.outside(&path, &range)).unwrap_or(path);
+                Err(top.not_allowed(&path, &allowed.to_string()))
             }
             Err(rule) => Err(top.error(&kind, Problem::Rule(rule.to_string()))),
         }
@@ -257,6 +265,41 @@ mod tests {
                 assert!(error.contains("allowed is"), "{longer}: {error}");
             }
         }
+    }
+
+    /// Every number of every list, out of range and of another type: the error names its index and its value.
+    #[test]
+    fn each_broken_number_of_a_list_is_named_with_index_and_value() {
+        let mut broken = 0;
+        for file in files() {
+            let text = file.to_toml();
+            let kind = file.set.name();
+            for (line, list) in text.lines().enumerate().filter(|(_, line)| line.contains(" = [")) {
+                let (key, list) = list.split_once(" = [").expect("a list");
+                let numbers: Vec<&str> = list.trim_end_matches(']').split(", ").collect();
+                for index in 0..numbers.len() {
+                    for value in ["1e9", "nan", "\"much\"", "true"] {
+                        let mut changed = numbers.clone();
+                        changed[index] = value;
+                        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+                        lines[line] = format!("{key} = [{}]", changed.join(", "));
+                        let error =
+                            GeneratorFile::parse("x.toml", &lines.join("\n")).expect_err(&lines[line]).to_string();
+                        let (place, shown) = (format!("{key}[{index}]`: is "), value.trim_matches('"'));
+                        assert!(
+                            error.starts_with(&format!("x.toml:{}: field `{kind}.", line + 1))
+                                && error.contains(&place)
+                                && error.split_once(&place).is_some_and(|(_, rest)| rest.contains(shown))
+                                && error.contains("allowed is a"),
+                            "{}: {error}",
+                            lines[line]
+                        );
+                        broken += 1;
+                    }
+                }
+            }
+        }
+        assert!(broken > 200, "{broken}");
     }
 
     /// Every numeric field broken in turn: the error names file, line and field, and says what is allowed.

@@ -263,6 +263,7 @@ pub fn following(config: &FollowConfig) -> Result<Following, String> {
 mod tests {
     use super::*;
     use cpg_core::entrainment::{Corrections, EventSource};
+    use cpg_core::waveform::shape::Shape as _;
     use joint_loop::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
     use joint_units::{Joint, Radians};
 
@@ -316,6 +317,49 @@ mod tests {
         let because = got.refused_because().unwrap();
         assert!(because.contains("of 108 starts are not locked after 4 s, the first from phase 0."), "{because}");
         assert!(because.ends_with(" %"), "{because}");
+    }
+
+    /// While it locks, from any start, a follower is between its stand and its template: no joint leaves the range of the two, and no sum or difference of
+    /// two joints theirs. So a limit of range or pose that the template keeps is kept; rates are higher while it catches up.
+    #[test]
+    fn a_lock_keeps_to_the_ranges_and_poses_of_stand_and_template() {
+        let config = config(Joint::LeftHip, HIP, KNEE);
+        let bench = Bench { config, shapes: config.shape.shapes().unwrap(), stride_s: 1.1 };
+        // Angles, sums and differences of a pose, degrees.
+        let values = |angles: [Radians; 4]| -> Vec<f64> {
+            let angle = angles.map(|angle| f64::from(angle.degrees()));
+            let pairs = (0..4).flat_map(|a| (0..4).filter(move |b| *b != a).map(move |b| (a, b)));
+            let combined = pairs.flat_map(|(a, b)| [angle[a] + angle[b], angle[a] - angle[b]]);
+            angle.into_iter().chain(combined).collect()
+        };
+        let stand = bench.follower_of(1.1).unwrap().angles();
+        let (mut least, mut most) = (values(stand), values(stand));
+        let mut widen = |found: Vec<f64>| {
+            for ((least, most), value) in least.iter_mut().zip(&mut most).zip(found) {
+                (*least, *most) = (least.min(value), most.max(value));
+            }
+        };
+        for k in 0..4000 {
+            let phase = joint_units::Phase::from_cycles(k as f32 / 4000.0);
+            widen(values(bench.shapes.each_ref().map(|shape| Radians(shape.at(phase).angle))));
+        }
+        let (mut furthest, mut fastest) = (0.0f64, 0.0f32);
+        for mismatch in MISMATCHES {
+            for phase in phases() {
+                let mut follower = bench.follower_of(1.1 / (1.0 + mismatch)).unwrap();
+                let mut person = bench.simulated_person(phase, 1.1);
+                for _ in 0..6000 {
+                    follower.observe(Some(person.tick()));
+                    follower.step();
+                    for ((value, least), most) in values(follower.angles()).into_iter().zip(&least).zip(&most) {
+                        furthest = furthest.max(value - most).max(least - value);
+                    }
+                    fastest = follower.rates().iter().fold(fastest, |most, rate| most.max(rate.0.abs().to_degrees()));
+                }
+            }
+        }
+        println!("furthest beyond {furthest:.3} degrees, fastest {fastest:.0} deg/s");
+        assert!(furthest < 0.1, "{furthest} degrees");
     }
 
     /// A joint that hardly moves is refused before anything is measured.

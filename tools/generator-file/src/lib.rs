@@ -23,6 +23,8 @@ pub mod following;
 #[cfg(feature = "certificate")]
 pub mod gait_error;
 #[cfg(feature = "certificate")]
+pub mod host_motion;
+#[cfg(feature = "certificate")]
 pub mod inside_limits;
 #[cfg(feature = "certificate")]
 mod led;
@@ -33,7 +35,6 @@ pub mod model;
 #[cfg(feature = "certificate")]
 pub mod network_certificate;
 pub mod network_file;
-pub mod network_motion;
 #[cfg(feature = "certificate")]
 pub mod orbit;
 #[cfg(feature = "certificate")]

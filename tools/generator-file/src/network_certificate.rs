@@ -1,7 +1,7 @@
 //! The certificate of a network of six or eight joints: whether it comes back to its orbit, and whether its joints stay in their ranges.
 //!
-//! Orbit, kicks and random starts are measured as in [`crate::certificate`]. No robot is involved: a motion is compared with the
-//! `range_deg` of its generator file. Rates, poses, the control loop and entrainment are not measured.
+//! Orbit, kicks and random starts are measured as in [`crate::certificate`]. No robot is involved: the motion, from its own start over the whole way to
+//! its orbit, is compared with the `range_deg` of its generator file. Rates, poses, the control loop and entrainment are not measured.
 
 use cpg_core::Rk4;
 use cpg_core::gait::six_and_eight_joints::{WithAnkles, WithArms};
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use crate::limits::STILL_DEG;
 use crate::model::{Model, network};
 use crate::network_file::{JOINTS, NetworkJoint, NetworkSet};
-use crate::orbit::{Motion, Orbit};
+use crate::orbit::{MOST_STRIDES, Motion, Orbit};
 use crate::returns::{Return, in_words};
 use crate::status::{CertificateStatus, Verdict};
 use crate::subject::settle;
@@ -20,20 +20,24 @@ use crate::subject::settle;
 /// Moments of the orbit at which the angles are taken.
 const MOMENTS: u32 = 1000;
 
-/// The motion of one joint on the orbit.
+/// The motion of one joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointRange {
     /// Name of the joint.
     pub name: String,
-    /// Smallest angle, degrees.
+    /// Smallest angle on the orbit, degrees.
     pub least_deg: f64,
-    /// Largest angle, degrees.
+    /// Largest angle on the orbit, degrees.
     pub most_deg: f64,
-    /// Largest rate, degrees per second.
+    /// Smallest and largest angle from its own start on, over the whole way to the orbit, degrees.
+    pub way_deg: [f64; 2],
+    /// Largest rate on the orbit, degrees per second.
     pub peak_velocity_deg_s: f64,
     /// The range of the generator file, degrees.
     pub range_deg: [f32; 2],
-    /// Whether the motion is within that range.
+    /// When it leaves that range for the first time, seconds after its start; none if it does not.
+    pub leaves_s: Option<f64>,
+    /// Whether it does not.
     pub inside: bool,
 }
 
@@ -81,7 +85,11 @@ pub fn certify_network(
     let settled = settle(set.stride_guess_s(), |period| model(set, period).map(Some))?.ok_or("it has no states")?;
     let returns = Return::of(&settled, starts, progress);
     let joints = match &settled.motion {
-        Motion::Periodic(orbit) => joints(set, orbit),
+        Motion::Periodic(orbit) => {
+            progress("motion and ranges");
+            let start = model(set, Period::MILLISECOND)?;
+            joints(set, orbit, start)
+        }
         _ => vec![],
     };
     let reasons: Vec<Verdict> = [still(&joints), returns.verdict(), beyond(&joints)].into_iter().flatten().collect();
@@ -107,8 +115,9 @@ fn model(set: &NetworkSet, period: Period) -> Result<Box<dyn Model>, String> {
     Ok(network(config.build::<WithArms, Rk4>(period).map_err(|error| error.to_string())?, JOINTS))
 }
 
-/// The motion of each joint on the orbit, whose states are a displacement u and a velocity v a joint: a = a0 + A u, a' = w A v.
-fn joints(set: &NetworkSet, orbit: &Orbit) -> Vec<JointRange> {
+/// The motion of each joint on the orbit and from its start on. States are a displacement u and a velocity v a joint: a = a0 + A u,
+/// a' = w A v.
+fn joints(set: &NetworkSet, orbit: &Orbit, mut start: Box<dyn Model>) -> Vec<JointRange> {
     let states: Vec<Vec<f64>> = (0..MOMENTS).map(|k| orbit.at(f64::from(k) / f64::from(MOMENTS))).collect();
     let count = set.joints.len();
     let rate = TAU / f64::from(set.natural_period_s);
@@ -116,20 +125,34 @@ fn joints(set: &NetworkSet, orbit: &Orbit) -> Vec<JointRange> {
         let (size, offset) = (f64::from(joint.amplitude_deg), f64::from(joint.offset_deg));
         let angles = || states.iter().map(|state| offset + size * state[index]);
         let (least_deg, most_deg) = (angles().fold(f64::MAX, f64::min), angles().fold(f64::MIN, f64::max));
-        let [least, most] = joint.range_deg.map(f64::from);
         JointRange {
             name: joint.name.clone(),
             least_deg,
             most_deg,
+            way_deg: [f64::MAX, f64::MIN],
             peak_velocity_deg_s: states
                 .iter()
                 .map(|state| rate * size * state[index + count].abs())
                 .fold(0.0, f64::max),
             range_deg: joint.range_deg,
-            inside: least <= least_deg && most_deg <= most,
+            leaves_s: None,
+            inside: true,
         }
     };
-    set.joints.iter().enumerate().map(of_joint).collect()
+    let mut joints: Vec<JointRange> = set.joints.iter().enumerate().map(of_joint).collect();
+    for tick in 0..=(MOST_STRIDES as f64 * set.stride_guess_s() * 1e3) as u32 {
+        let state = start.state();
+        for ((found, joint), u) in joints.iter_mut().zip(&set.joints).zip(state) {
+            let angle = f64::from(joint.offset_deg) + f64::from(joint.amplitude_deg) * u;
+            found.way_deg = [found.way_deg[0].min(angle), found.way_deg[1].max(angle)];
+            let [least, most] = joint.range_deg.map(f64::from);
+            if !(least..=most).contains(&angle) && found.inside {
+                (found.leaves_s, found.inside) = (Some(f64::from(tick) * 1e-3), false);
+            }
+        }
+        start.advance(1);
+    }
+    joints
 }
 
 fn still(joints: &[JointRange]) -> Option<Verdict> {
@@ -143,10 +166,11 @@ fn beyond(joints: &[JointRange]) -> Option<Verdict> {
     let beyond = joints.iter().filter(|joint| !joint.inside);
     let words: Vec<String> = beyond
         .map(|joint| {
-            let [least, most] = joint.range_deg;
+            let ([low, high], [least, most]) = (joint.way_deg, joint.range_deg);
+            let first = joint.leaves_s.unwrap_or_default();
             format!(
-                "{} {:.1} to {:.1} degrees, allowed is {least} to {most}",
-                joint.name, joint.least_deg, joint.most_deg
+                "{} {low:.1} to {high:.1} degrees, first {first:.2} s after its start, allowed is {least} to {most}",
+                joint.name
             )
         })
         .collect();
@@ -178,6 +202,14 @@ mod tests {
             assert!(found.accepted, "{name}: {:?}", found.refused_because);
             // Kicks of every state: a displacement and a velocity a joint.
             assert!(found.returns.multipliers.len() == 2 * joints - 1 && found.returns.kicks > 16 * 2 * joints as u32);
+            // The way from the start leads onto the orbit.
+            for joint in &found.joints {
+                let [low, high] = joint.way_deg;
+                assert!(
+                    low < joint.least_deg + 0.02 && high > joint.most_deg - 0.02 && joint.leaves_s.is_none(),
+                    "{joint:?}"
+                );
+            }
             let ankle = &found.joints[4];
             assert!((ankle.most_deg - 12.0).abs() < 0.7 && (ankle.least_deg + 12.0).abs() < 0.7, "{ankle:?}");
         }

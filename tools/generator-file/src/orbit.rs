@@ -20,6 +20,8 @@ const SEARCHES: usize = 4;
 const ON_ORBIT: f64 = 0.02;
 /// Strides that are recorded for a search.
 const RECORDED_STRIDES: usize = 14;
+/// Most strides from the start to an orbit that counts.
+pub(crate) const MOST_STRIDES: usize = SETTLE_STRIDES + (SEARCHES - 1) * MORE_STRIDES + SEARCHES * RECORDED_STRIDES;
 /// Most cycles of the first moving state in one period.
 const MOST_CYCLES: usize = 6;
 /// Half range of a state below which it does not move.
@@ -337,8 +339,9 @@ fn apart(a: &[f64], b: &[f64], amplitude: &[f64]) -> f64 {
 /// differ in phase.
 const NODES: usize = 6;
 
-/// The states at a fractional step, by the polynomial through the nearest points.
-fn interpolated(states: &[Vec<f64>], step: f64) -> Vec<f64> {
+/// The states at a fractional step, by the polynomial through the nearest points. There must be six states or more.
+#[must_use]
+pub fn interpolated(states: &[Vec<f64>], step: f64) -> Vec<f64> {
     let first = (step as usize).saturating_sub(NODES / 2 - 1).min(states.len().saturating_sub(NODES));
     let t = step - first as f64;
     let weight = |k: usize| -> f64 {

@@ -28,15 +28,17 @@ pub enum CertificateStatus {
     DoesNotLock,
     /// A follower whose corrections are at their bound.
     CorrectionsAtBound,
-    /// The motion exceeds a limit of the robot.
+    /// The motion exceeds a limit of the robot, on the orbit or on the way to it.
     BeyondLimits,
+    /// In the control loop of the robot it does not walk.
+    DoesNotWalk,
 }
 
 impl CertificateStatus {
-    /// Whether nothing is wrong with the generator itself: what is left are joints that do not move, and the limits of the robot.
+    /// Whether nothing is wrong with the generator itself: what is left are joints that do not move, and the robot.
     #[must_use]
     pub const fn comes_back(self) -> bool {
-        matches!(self, Self::Accepted | Self::JointsDoNotMove | Self::BeyondLimits)
+        matches!(self, Self::Accepted | Self::JointsDoNotMove | Self::BeyondLimits | Self::DoesNotWalk)
     }
 
     /// A phrase for messages.
@@ -55,6 +57,7 @@ impl CertificateStatus {
             Self::DoesNotLock => "it does not lock on its person from every start",
             Self::CorrectionsAtBound => "its corrections are at their bound",
             Self::BeyondLimits => "its motion exceeds the limits of the robot",
+            Self::DoesNotWalk => "it does not walk on the robot",
         }
     }
 }

@@ -373,6 +373,19 @@ impl<'a> Top<'a> {
         self.error_at(path, find(self.tree.get_ref(), path).0, problem)
     }
 
+    /// The path of the first number outside of a range in the list at a path; `None` if there is no list, or no such number.
+    #[must_use]
+    pub fn outside(&self, path: &str, range: &std::ops::RangeInclusive<f32>) -> Option<String> {
+        let list = find(self.tree.get_ref(), path).1?.as_array()?;
+        let number = |entry: &DeValue<'_>| match entry {
+            DeValue::Integer(integer) => integer.to_string().parse::<f32>().ok(),
+            DeValue::Float(float) => float.as_str().parse::<f32>().ok(),
+            _ => None,
+        };
+        let index = list.iter().position(|entry| number(entry.get_ref()).is_some_and(|x| !range.contains(&x)))?;
+        Some(format!("{path}[{index}]"))
+    }
+
     /// The error that the value of a key is not allowed; the value is taken from the file.
     #[must_use]
     pub fn not_allowed(&self, path: &str, allowed: &str) -> FileError {

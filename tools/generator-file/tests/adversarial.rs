@@ -138,7 +138,7 @@ fn cases() -> Vec<Case> {
                     .map(|((p, mu, offset), start)| joint(p, mu, offset, start));
             }),
             BeyondLimits,
-            "left_hip - right_hip",
+            "% of the stride, from 12",
             false,
         ),
         (
@@ -216,4 +216,24 @@ fn every_adversarial_file_gets_its_word() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A verdict is one: what does not walk, or what a limit changes, is not accepted, and a reason says so.
+#[test]
+fn an_accepted_generator_walks_and_no_limit_acts() {
+    for (name, set, ..) in cases() {
+        let got = certified(&set);
+        let because = got.refused_because.clone().unwrap_or_default();
+        let has = |status: CertificateStatus| got.reasons.iter().any(|(reason, _)| *reason == status);
+        assert_eq!(got.accepted, got.reasons.is_empty(), "{name}");
+        assert_eq!(!got.drive.walks, has(CertificateStatus::DoesNotWalk), "{name}: {because}");
+        assert!(got.drive.walks || because.contains("it does not walk on the robot: "), "{name}: {because}");
+        assert!(!got.accepted || (got.excesses.is_empty() && got.drive.limited_ticks == 0), "{name}: {got:?}");
+    }
+    // Only the loop knows that it does not walk: the button is held for a shorter time than what arms.
+    let mut robot = LoopConfig::default_biped();
+    robot.button.hold_least_s = 1.0;
+    let got = certify(&walk(|_| ()), 20, &robot, &mut |_| ()).expect("built");
+    assert_eq!((got.status, got.accepted), (CertificateStatus::DoesNotWalk, false), "{:?}", got.refused_because);
+    assert!(got.refused_because.is_some_and(|why| why.starts_with("it does not walk on the robot: it does not arm")));
 }

@@ -4,6 +4,8 @@ use cpg_core::entrainment::EventSource;
 use generator_file::certificate::{Certificate, CertificateStatus, certify, certify_subject};
 use generator_file::entrainment::STRENGTHS;
 use generator_file::file::{Coefficients, FollowSet, GeneratorFile, GeneratorSet, ShapeJoint, ShapeSet};
+use generator_file::network_certificate::certify_network;
+use generator_file::network_file::NetworkFile;
 use generator_file::subject::Subject;
 use joint_loop::LoopConfig;
 use joint_units::Joint;
@@ -39,6 +41,33 @@ fn the_default_walk_is_accepted_and_walks() {
     assert!((got.joints[0].amplitude_deg - 20.8).abs() < 0.2 && (got.joints[3].amplitude_deg - 31.2).abs() < 0.2);
     assert!(got.largest_step_ms >= 10.0);
     assert!(got.drive.walks && got.drive.limited_ticks == 0);
+}
+
+/// The table of the page and the numbers of six and eight joints are what the certificates have.
+#[test]
+fn the_page_has_the_numbers_of_the_certificates() {
+    const PAGE: &str = include_str!("../../../docs/generators.md");
+    let (walk, thesis) = (certificate(&default_set("phase-coupled"), 1000), certificate(&default_set("thesis"), 20));
+    let back = &walk.returns;
+    assert_eq!((walk.status, thesis.status), (CertificateStatus::Accepted, CertificateStatus::QuasiPeriodic));
+    for row in [
+        format!("| motion | periodic, {:.4} s | quasi-periodic |", back.period_s),
+        format!("| largest non-trivial Floquet multiplier | {:.3} | no orbit |", back.multipliers[0]),
+        format!("| kicks that come back | {} of {} | |", back.kicks - back.kicks_lost.len() as u32, back.kicks),
+        format!("| settling after a kick of half an amplitude, the worst | {:.2} s | |", back.settling_s.unwrap()),
+        format!("| random starts that arrive | {} of {} | |", back.converged, back.starts),
+        format!("| walks | {} | {} |", walk.drive.in_words(), thesis.drive.in_words()),
+        "| status | `accepted` | `quasi_periodic` |".into(),
+    ] {
+        assert!(PAGE.contains(&row), "{row}");
+    }
+    let largest = |name: &str| {
+        let set = NetworkFile::default_of(name).unwrap().set;
+        certify_network(&set, 20, &mut |_| ()).unwrap().returns.multipliers[0]
+    };
+    let (six, eight) = (largest("six-joints"), largest("eight-joints"));
+    let words = format!("is {six:.2} for six joints and {eight:.2} for eight");
+    assert!(PAGE.contains(&words), "{words}");
 }
 
 /// The thesis' network at Table 1 never repeats: it may run, and it is not accepted.

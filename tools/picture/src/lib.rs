@@ -48,9 +48,14 @@ impl Curve {
     }
 }
 
-/// A filled band behind the curves: for each point the x value, the lower and the upper y value.
+/// A filled band behind the curves.
 #[derive(Debug, Clone)]
-pub struct Band(pub Vec<(f64, f64, f64)>);
+pub struct Band {
+    /// Name in the legend, below that of its curve; empty for none.
+    pub name: String,
+    /// For each point the x value, the lower and the upper y value.
+    pub points: Vec<(f64, f64, f64)>,
+}
 
 /// A named row of horizontal bars.
 #[derive(Debug, Clone)]
@@ -152,6 +157,12 @@ const PANEL: u32 = 250;
 const LEGEND: u32 = 120;
 /// Height of the title of the picture, px.
 const TITLE: u32 = 40;
+/// Height of a row of the labels of marks, px.
+const MARK_ROW: u32 = 13;
+/// Width of a letter of these labels, px.
+const MARK_LETTER: f64 = 6.4;
+/// Height of the title and of the labels below the axes of a panel of curves, px.
+const AROUND: u32 = 75;
 /// Height of a line of the caption, px.
 const CAPTION_LINE: u32 = 17;
 const GREY: RGBColor = RGBColor(120, 120, 120);
@@ -172,15 +183,19 @@ pub fn draw_captioned(title: &str, panels: &[Panel], columns: usize, caption: &[
     let (mut text, mut lines) = (String::new(), String::new());
     {
         let columns = columns.max(1);
+        let legend = panels.iter().any(|panel| !panel.named().is_empty());
         let mut ends = vec![];
         let mut height = 0;
         for row in panels.chunks(columns) {
             // In several columns the panels are narrower, so make them taller.
-            let tallest = row.iter().map(Panel::height).max().unwrap_or(PANEL);
+            let height_of = |panel: &Panel| {
+                let axis = axis_width(WIDTH / columns as u32, legend);
+                panel.height() + MARK_ROW * (rows_of(&panel.mark_rows(&common_x(panels, panel), axis)) - 1)
+            };
+            let tallest = row.iter().map(height_of).max().unwrap_or(PANEL);
             height += if columns > 1 { tallest.max(PANEL * 3 / 2) } else { tallest };
             ends.push(height);
         }
-        let legend = panels.iter().any(|panel| !panel.named().is_empty());
         let below = if caption.is_empty() { 0 } else { CAPTION_LINE * (caption.len() as u32 + 1) };
         let root = SVGBackend::with_string(&mut text, (WIDTH, height + TITLE + below)).into_drawing_area();
         root.fill(&WHITE).map_err(|e| e.to_string())?;
@@ -246,6 +261,31 @@ impl Panel {
         names.into_iter().enumerate().filter(|(_, name)| !name.is_empty()).collect()
     }
 
+    /// The row of each mark's label, 0 on top, so that no label overprints another one; `axis` is the width of the axis, px.
+    fn mark_rows(&self, x: &Range<f64>, axis: u32) -> Vec<u32> {
+        if !matches!(self.content, Content::Curves(_)) {
+            return vec![0; self.marks.len()];
+        }
+        let place = |at: f64| (at - x.start) / (x.end - x.start) * f64::from(axis);
+        let mut order: Vec<usize> = (0..self.marks.len()).collect();
+        order.sort_by(|a, b| self.marks[*a].0.total_cmp(&self.marks[*b].0));
+        // Where the last label of each row ends.
+        let mut ends: Vec<f64> = vec![];
+        let mut rows = vec![0; self.marks.len()];
+        for mark in order {
+            let (at, label) = &self.marks[mark];
+            let free = ends.iter().position(|end| *end <= place(*at)).unwrap_or(ends.len());
+            let end = place(*at) + MARK_LETTER * (label.chars().count() + 2) as f64;
+            if free == ends.len() {
+                ends.push(end);
+            } else {
+                ends[free] = end;
+            }
+            rows[mark] = free as u32;
+        }
+        rows
+    }
+
     /// Height, px: a phase portrait is taller than a curve over time, and many rows or nodes need more than a few.
     fn height(&self) -> u32 {
         match &self.content {
@@ -256,6 +296,16 @@ impl Panel {
             _ => PANEL,
         }
     }
+}
+
+/// Width of the horizontal axis of a panel of curves, px.
+fn axis_width(panel: u32, legend: bool) -> u32 {
+    panel.saturating_sub(LABELS + 12 + if legend { LEGEND } else { 0 }).max(1)
+}
+
+/// How many rows there are, 1 or more.
+fn rows_of(rows: &[u32]) -> u32 {
+    rows.iter().max().map_or(1, |last| last + 1)
 }
 
 /// Range of the x axis of a panel. Panels with the same x label share one range, so that they can be compared.
@@ -290,15 +340,26 @@ fn draw_panel(area: &Area<'_>, panel: &Panel, x: &Range<f64>, legend: bool, line
         Content::Links(graph) => graph.draw(&chart, &panel.title)?,
         Content::Cells(cells) => cells.draw(&chart, &panel.title, [&panel.x, &panel.y])?,
     }
-    draw_legend(&legend_area, &panel.named())
+    draw_legend(&legend_area, panel)
 }
 
-fn draw_legend(area: &Area<'_>, named: &[(usize, &str)]) -> Result<(), String> {
-    for (row, (index, name)) in named.iter().enumerate() {
-        let y = 50 + 20 * row as i32;
-        let style = colour(*index).stroke_width(2);
+/// A line and a name for each curve, and below it the band of its colour.
+fn draw_legend(area: &Area<'_>, panel: &Panel) -> Result<(), String> {
+    let mut y = 50;
+    let name_at = |name: &str, y: i32| {
+        area.draw(&Text::new(name.to_owned(), (30, y - 7), ("sans-serif", 14))).map_err(|e| e.to_string())
+    };
+    for (index, name) in panel.named() {
+        let style = colour(index).stroke_width(2);
         area.draw(&PathElement::new([(4, y), (24, y)], style)).map_err(|e| e.to_string())?;
-        area.draw(&Text::new((*name).to_owned(), (30, y - 7), ("sans-serif", 14))).map_err(|e| e.to_string())?;
+        name_at(name, y)?;
+        y += 20;
+        if let Some(band) = panel.bands.get(index).filter(|band| !band.name.is_empty()) {
+            let strip = Rectangle::new([(4, y - 6), (24, y + 6)], colour(index).mix(0.25).filled());
+            area.draw(&strip).map_err(|e| e.to_string())?;
+            name_at(&band.name, y)?;
+            y += 20;
+        }
     }
     Ok(())
 }
@@ -324,11 +385,14 @@ fn draw_curves(
     lines: &mut String,
 ) -> Result<(), String> {
     let all = || curves.iter().flat_map(|curve| curve.points.iter().copied());
-    let edges = panel.bands.iter().flat_map(|band| band.0.iter().flat_map(|&(_, low, high)| [low, high]));
+    let edges = panel.bands.iter().flat_map(|band| band.points.iter().flat_map(|&(_, low, high)| [low, high]));
     let mut y_range = range_with_margin(all().map(|p| p.1).chain(edges));
+    let (width, height) = area.dim_in_pixel();
+    let rows = panel.mark_rows(x, axis_width(width, false));
     if !panel.marks.is_empty() {
         // Space for the labels above the curves.
-        y_range.end += 0.12 * (y_range.end - y_range.start);
+        let more = f64::from(MARK_ROW * (rows_of(&rows) - 1)) / f64::from(height.saturating_sub(AROUND).max(1));
+        y_range.end += (0.12 + more) / (1.0 - more).max(0.1) * (y_range.end - y_range.start);
     }
     let top = y_range.end;
     let bottom = y_range.start;
@@ -349,16 +413,21 @@ fn draw_curves(
         let strip = Rectangle::new([(from, bottom), (to, top)], GREY.mix(0.18).filled());
         chart.draw_series([strip]).map_err(|e| e.to_string())?;
     }
-    for (index, Band(band)) in panel.bands.iter().enumerate() {
+    for (index, Band { points: band, .. }) in panel.bands.iter().enumerate() {
         let there = band.iter().map(|&(x, low, _)| (x, low));
         let back = band.iter().rev().map(|&(x, _, high)| (x, high));
         let strip = Polygon::new(there.chain(back).collect::<Vec<_>>(), colour(index).mix(0.25).filled());
         chart.draw_series([strip]).map_err(|e| e.to_string())?;
     }
-    for (at, label) in &panel.marks {
+    let row_height = (top - bottom) / f64::from(chart.plotting_area().dim_in_pixel().1.max(1)) * f64::from(MARK_ROW);
+    for ((at, label), row) in panel.marks.iter().zip(rows) {
         let line = PathElement::new([(*at, bottom), (*at, top)], GREY);
         chart.draw_series([line]).map_err(|e| e.to_string())?;
-        let label = Text::new(format!(" {label}"), (*at, top), ("sans-serif", 12).into_font().color(&GREY));
+        let label = Text::new(
+            format!(" {label}"),
+            (*at, top - f64::from(row) * row_height),
+            ("sans-serif", 12).into_font().color(&GREY),
+        );
         chart.draw_series([label]).map_err(|e| e.to_string())?;
     }
     let mut pixels = chart.plotting_area().get_pixel_range();
@@ -435,9 +504,39 @@ mod tests {
         assert!(x.ends_with(".00") && !y.ends_with(".00"), "{x}, {y}");
         let captioned = draw_captioned("walking", &[], 1, &["first line".into(), "second line".into()]).unwrap();
         assert!(captioned.contains("first line") && captioned.contains("second line"));
-        let banded = Panel::curves("x", "s", "deg", vec![]).banded(vec![Band(vec![(0.0, 1.0, 2.0), (1.0, 1.0, 3.0)])]);
+        let banded = Panel::curves("x", "s", "deg", vec![])
+            .banded(vec![Band { name: String::new(), points: vec![(0.0, 1.0, 2.0), (1.0, 1.0, 3.0)] }]);
         assert!(draw("band", &[banded.shaded(&[(0.2, 0.4)])], 2).unwrap().contains("<polygon"));
         assert!(draw("nothing", &[Panel::curves("x", "s", "deg", vec![])], 2).is_ok());
+    }
+
+    /// Labels of marks that are near to each other are in rows, and a band is named below its curve.
+    #[test]
+    fn labels_do_not_overprint_each_other() {
+        let curve = Curve::new("one", (0..=10).map(|i| (f64::from(i), f64::from(i))).collect());
+        let marks = [(5.0, "second"), (4.9, "first"), (5.05, "third"), (0.0, "far"), (9.0, "last")];
+        let marks = marks.map(|(at, label)| (at, label.to_owned()));
+        let band = Band { name: "persons".into(), points: vec![(0.0, -1.0, 1.0), (10.0, 9.0, 11.0)] };
+        let panel = Panel::curves("a", "s", "deg", vec![curve]).marked(&marks).banded(vec![band]);
+        assert_eq!(panel.mark_rows(&(0.0..10.0), 700), [1, 0, 2, 0, 0]);
+        let text = draw("marks", &[panel], 1).unwrap();
+        assert!(text.contains("persons"), "{text}");
+        // The place of each text, in the order in which they are drawn.
+        let place = |label: &str| {
+            let lines: Vec<&str> = text.lines().collect();
+            let at = lines.iter().position(|line| line.trim() == label).unwrap_or_else(|| panic!("{label}: {text}"));
+            let of = |key: &str| -> f64 {
+                let tag = lines[at - 1];
+                tag.split(key).nth(1).and_then(|rest| rest.split('"').next()).unwrap().parse().unwrap()
+            };
+            (of(" x=\""), of(" y=\""))
+        };
+        let boxes = ["first", "second", "third", "far", "last"].map(place);
+        for (n, a) in boxes.iter().enumerate() {
+            for b in &boxes[n + 1..] {
+                assert!((a.1 - b.1).abs() >= 11.0 || (a.0 - b.0).abs() > 45.0, "{boxes:?}");
+            }
+        }
     }
 
     #[test]

@@ -22,6 +22,7 @@ use anyhow::{Context as _, Result};
 use stm32f4_model::Pin;
 
 use crate::cpu::{Cpu, Reg, XPSR_IT};
+use crate::judge::{WITH_PULSE_S, WITHOUT_EFFECT_S};
 use crate::loader::ProgramImage;
 use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
@@ -208,13 +209,22 @@ impl InjectionKind {
         })
     }
 
-    /// Whether it may end a pulse early. What the program does by itself, it does at the end of a pulse.
+    /// For how long pulses may be wrong by it before the supply of the servos is off, s: only the supply can end those of a changed register or clock,
+    /// which the next tick finds; what ends the pulses in hardware takes the supply with it. `None`: the program makes no wrong pulse of it. What it does
+    /// by itself, it does at the end of a pulse.
     #[must_use]
-    pub(crate) const fn can_cut_a_pulse(&self) -> bool {
+    pub(crate) const fn wrong_pulses_s(&self) -> Option<f64> {
+        /// The peripherals begin here; below are flash and RAM.
+        const PERIPHERALS: u32 = 0x4000_0000;
         match self {
-            Self::Hang(_) | Self::Fault(_) | Self::Panic(..) | Self::Overrun | Self::Transfer | Self::Trigger => false,
-            Self::Other(inject) => inject.can_cut_a_pulse(),
-            _ => true,
+            Self::Flip { address, .. } | Self::Register { address, .. } if *address >= PERIPHERALS => {
+                Some(WITHOUT_EFFECT_S)
+            }
+            // A wrong register of the core can become a wrong write to a peripheral.
+            Self::Other(Inject::Pll(_) | Inject::CoreFlip { .. } | Inject::CoreSet { .. }) => Some(WITHOUT_EFFECT_S),
+            Self::Crystal => Some(WITH_PULSE_S),
+            Self::Other(inject) if inject.can_cut_a_pulse() => Some(WITH_PULSE_S),
+            _ => None,
         }
     }
 

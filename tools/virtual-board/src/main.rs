@@ -82,7 +82,7 @@ struct Cli {
     elf: Option<PathBuf>,
     /// The board is a debug probe with its target: probe-rs connects to this address, with `--probe 0:0:ADDRESS --protocol swd`. Port 0 takes a free
     /// one, which a line of the output names. While a client is connected, time passes no faster than real time
-    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["campaign", "lockstep", "self_test_exit"])]
+    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with_all = ["campaign", "lockstep", "rtt_server", "self_test_exit"])]
     probe: Option<SocketAddr>,
     /// The flash is erased and holds no program, as in a new chip
     #[arg(long, requires = "probe", conflicts_with = "elf")]

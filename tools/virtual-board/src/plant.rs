@@ -294,6 +294,10 @@ impl Plant for BoardPlant {
         }
         if self.wires.iter().any(|wire| wire.from == pin) {
             self.wire_edge_s = seconds;
+            // An edge that an input of the same moment has made, as the emergency stop does, comes after that sample.
+            if seconds <= self.sampled_s {
+                self.changed.set(true);
+            }
         }
     }
 
@@ -472,6 +476,9 @@ mod tests {
         assert_eq!(plant.next_pin_change(0.6), Some(0.7), "at the moment of the edge");
         assert_eq!((plant.input_level(to, 0.7), plant.volts(channel, 0.7)), (false, 0.0));
         assert_eq!(plant.next_pin_change(0.7), Some(f64::INFINITY));
+        plant.input_level(BUTTON, 0.8);
+        plant.record_edge(from, true, 0.8);
+        assert_eq!(plant.next_pin_change(0.8), Some(0.8), "an edge that the sample of this moment has made");
     }
 
     #[test]

@@ -506,8 +506,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 symbol: self.injections[n].symbol.clone(),
             };
             self.report.line(&line);
-            if kind.can_cut_a_pulse() {
-                self.judge.injected(now.seconds);
+            if let Some(longest_s) = kind.wrong_pulses_s() {
+                self.judge.injected(now.seconds, longest_s);
             }
             self.schedule_stop();
         }
@@ -552,7 +552,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         self.set_breakpoints()?;
         self.change_memory(cause)?;
         let cpu = &self.cpu;
-        self.judge.reset(now.seconds, || {
+        // As the boot does: after these the supply was away for an unknown time.
+        let keeps = !matches!(cause, ResetCause::PowerOn | ResetCause::BrownOut);
+        let by_program = cause == ResetCause::Software;
+        self.judge.reset(now.seconds, keeps, by_program, || {
             let mut flash = vec![0; PARAMETERS_END];
             cpu.read_memory(FLASH, &mut flash).then(|| Limits::of_flash(&flash))?
         });

@@ -112,6 +112,7 @@ mod tests {
         us_per_radian: -600.0,
         range: [-1.0, 1.0],
         rate: 2.0,
+        acceleration: 100.0,
         park: 0.0,
         pulses_us: [550.0, 2450.0],
     };

@@ -22,7 +22,7 @@ use table::Table;
 /// The campaign that is run without an option.
 const FAULTS: &str = "tests/campaign/faults.toml";
 /// Runs of it in which faults are injected; the generator of the last is [`FOLLOWER`].
-const RUNS: [&str; 3] = ["walk", "trim", "follower"];
+const RUNS: [&str; 5] = ["walk", "trim", "untested", "crashes", "follower"];
 /// Bits of the general registers of the core.
 const REGISTERS: &str = "tests/campaign/registers.toml";
 const FOLLOWER: &str = "tests/campaign/follower.toml";
@@ -69,21 +69,11 @@ pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
     let image = workspace.firmware(Board::F4Discovery, Variant::USUAL)?;
-    let robot = record::path_of(&workspace, Sector::Robot);
-    record::pack_default_robot(&workspace, &robot)?;
     let own = if options.registers { REGISTERS } else { FAULTS };
     let faults = options.faults.as_ref().map_or_else(|| PathBuf::from(own), |file| workspace.started_in.join(file));
-    let follower = record::path_of(&workspace, Sector::Generator);
-    record::pack(&workspace, &[std::path::absolute(FOLLOWER)?.into()], &follower)?;
-    let virtual_board = workspace.virtual_board()?;
+    let board = CampaignBoard::new(&workspace)?;
     let command_for = |run: &str| {
-        let mut command = shell::command(virtual_board.clone());
-        command.arg(&image.elf).args(["--loop", "--volts", VOLTS]);
-        command.arg("--flash").arg(flashed(Sector::Robot, &robot));
-        if run == "follower" {
-            command.arg("--flash").arg(flashed(Sector::Generator, &follower));
-        }
-        command.arg("--campaign").arg(&faults).args(["--run", run]);
+        let mut command = board.command(&image.elf, &faults, run);
         command.args(options.lsi_hz.iter().flat_map(|hz| ["--lsi-hz".to_owned(), hz.to_string()]));
         command
     };
@@ -113,6 +103,46 @@ pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
         page::write(&table, options.every)?;
     }
     Ok(if table.wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// What the virtual board needs for a campaign besides the image.
+struct CampaignBoard {
+    virtual_board: PathBuf,
+    robot: PathBuf,
+    follower: PathBuf,
+}
+
+impl CampaignBoard {
+    fn new(workspace: &Workspace) -> Result<Self> {
+        let robot = record::path_of(workspace, Sector::Robot);
+        record::pack_default_robot(workspace, &robot)?;
+        let follower = record::path_of(workspace, Sector::Generator);
+        record::pack(workspace, &[std::path::absolute(FOLLOWER)?.into()], &follower)?;
+        Ok(Self { virtual_board: workspace.virtual_board()?, robot, follower })
+    }
+
+    fn command(&self, elf: &Path, faults: &Path, run: &str) -> Command {
+        let mut command = shell::command(self.virtual_board.clone());
+        command.arg(elf).args(["--loop", "--volts", VOLTS]);
+        command.arg("--flash").arg(flashed(Sector::Robot, &self.robot));
+        if run == "follower" {
+            command.arg("--flash").arg(flashed(Sector::Generator, &self.follower));
+        }
+        command.arg("--campaign").arg(faults).args(["--run", run]);
+        command
+    }
+}
+
+/// Runs the faults whose name contains a text on another image: how many cases, and how many of them are wrong.
+pub(crate) fn of_image(workspace: &Workspace, elf: &Path, only: &str) -> Result<(usize, usize)> {
+    let board = CampaignBoard::new(workspace)?;
+    let (mut table, mut kept) = (Table::default(), String::new());
+    for run in RUNS {
+        let mut command = board.command(elf, Path::new(FAULTS), run);
+        take_cases(command.args(["--only", only]), &mut table, &mut kept)?;
+    }
+    let cases = kept.lines().filter(|line| line.contains("\"type\":\"case\"")).count();
+    Ok((cases, table.wrong as usize))
 }
 
 /// Runs some of the faults each from power-on in a process of its own, one case of each, and compares their processor time with that of the same cases

@@ -5,6 +5,7 @@
 
 mod audits;
 mod beside;
+mod controls;
 mod counts;
 mod judged;
 mod pico;

@@ -39,7 +39,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 29] = [
+pub(super) const STEPS: [Step; 30] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -175,6 +175,13 @@ pub(super) const STEPS: [Step; 29] = [
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
+    },
+    Step {
+        name: "controls",
+        claim: "an image that lacks a protection fails the tests and faults that show it, one image for each protection",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: super::controls::controls,
     },
     Step {
         name: "probe",
@@ -561,7 +568,7 @@ fn image_tests(state: &State) -> Result<String> {
 
 /// The test programs in which probe-rs, or a person's part, meets a virtual board that runs as fast as real time. One test at a time: a board that gets too
 /// little of the processor is behind real time, and what waits for it gives up.
-const PROBE_TESTS: [&str; 3] = ["board_probe", "bringup", "xtask_probe"];
+const PROBE_TESTS: [&str; 4] = ["board_probe", "bringup", "page_commands", "xtask_probe"];
 
 fn with_probe_rs(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;

@@ -10,10 +10,10 @@ use super::sensor;
 use c3d_writer::{C3d, Format};
 use std::fmt::Write as _;
 
-/// CSV of the project: 20 s.
+/// CSV of the project: 40 s, so long that a follower learns its corrections.
 pub(super) fn csv() -> String {
     let mut text = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
-    for (row, [a, b, c, d]) in rows(20.0, 1).into_iter().enumerate() {
+    for (row, [a, b, c, d]) in rows(40.0, 1).into_iter().enumerate() {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{:.2},{a:.2},{b:.2},{c:.2},{d:.2}", row as f64 / RATE_HZ);
     }

@@ -105,8 +105,8 @@ fn ends(kind: &str) -> Ends {
         "level" | "wave" => Ends { causes: INPUTS, ..NOTHING },
         "rtt" => Ends { silence: true, ..NOTHING },
         // They change the program, its memory or its registers: whatever the board then notices and does is explained.
-        "register" | "flip" | "write" | "core-flip" | "core-set" | "exception" | "flash" | "flash-erase"
-        | "flash-program" => Ends { causes: &Cause::ALL, reset: true, silence: true, refusal: true },
+        "register" | "flip" | "flip-word" | "write" | "core-flip" | "core-set" | "exception" | "flash"
+        | "flash-erase" | "flash-program" => Ends { causes: &Cause::ALL, reset: true, silence: true, refusal: true },
         _ => NOTHING,
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::file::bounded;
+use crate::file::recording;
 use gait_trace::ReadOptions;
 use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file;
@@ -63,6 +64,7 @@ pub struct Opened {
 /// # Errors
 /// The file is wrong, or its time axis is a cycle.
 pub fn opened(path: &Path) -> Result<Opened, Failure> {
+    recording::check_regular(path)?;
     let name = path.display().to_string();
     let plain = match csv_file::read(path) {
         Ok(recording) => return Ok(Opened { name, recording, format: None, notes: vec![] }),

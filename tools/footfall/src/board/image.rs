@@ -95,7 +95,7 @@ impl Image {
     /// A decoder at the beginning of a stream.
     #[must_use]
     pub fn decoder(&self) -> Decoder<'_> {
-        Decoder { stream: self.table.new_stream_decoder(), table: &self.table }
+        Decoder { stream: self.table.new_stream_decoder(), table: &self.table, waiting: 0, is_long: false }
     }
 }
 
@@ -139,21 +139,42 @@ pub struct Message {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Malformed;
 
+/// Most bytes of a message, far more than one of the firmware has. The decoder looks through all that waits at each call.
+const MOST_WAITING: usize = 1 << 16;
+
 /// Decodes a stream of bytes to messages.
 pub struct Decoder<'t> {
     table: &'t Table,
     stream: Box<dyn StreamDecoder + Send + Sync + 't>,
+    /// Bytes since the last message, at least.
+    waiting: usize,
+    /// More came than a message has, and was discarded.
+    is_long: bool,
 }
 
 impl Decoder<'_> {
     /// Adds bytes.
     pub fn push(&mut self, bytes: &[u8]) {
-        self.stream.received(bytes);
+        for part in bytes.chunks(MOST_WAITING) {
+            if self.waiting + part.len() > MOST_WAITING {
+                self.restart();
+                self.is_long = true;
+            }
+            self.waiting += part.len();
+            self.stream.received(part);
+        }
     }
 
     /// The next complete message. After [`Malformed`] the following frames can still be read.
     pub fn message(&mut self) -> Option<Result<Message, Malformed>> {
-        match self.stream.decode() {
+        if std::mem::take(&mut self.is_long) {
+            return Some(Err(Malformed));
+        }
+        let decoded = self.stream.decode();
+        if !matches!(decoded, Err(DecodeError::UnexpectedEof)) {
+            self.waiting = 0;
+        }
+        match decoded {
             Ok(frame) => {
                 let level = frame.level().map_or(String::new(), |level| level.as_str().to_owned());
                 let stamp_s = frame.display_timestamp().and_then(|stamp| stamp.to_string().parse().ok());
@@ -167,6 +188,7 @@ impl Decoder<'_> {
     /// Discards an unfinished frame, after a reset of the board.
     pub fn restart(&mut self) {
         self.stream = self.table.new_stream_decoder();
+        (self.waiting, self.is_long) = (0, false);
     }
 }
 

@@ -1,6 +1,7 @@
 //! A board's serial port: records in, requests out, see [`wire::Unframer`].
 //!
-//! A port is a device file: `/dev/ttyACM0` of a Nucleo, `/dev/pts/7` of the virtual board. A file or a named pipe with saved bytes is read like one.
+//! A port is a terminal's device file: `/dev/ttyACM0` of a Nucleo, `/dev/pts/7` of the virtual board. Nothing else is opened as one: a request
+//! would overwrite a file. Saved bytes of a port are read as those of RTT channel 1, which are the same.
 
 use std::fs::File;
 use std::io::{self, IsTerminal, Read, Write};
@@ -71,9 +72,9 @@ impl Port {
     /// Opens a port: raw, at the board's rate, without what it has received so far. With `send` also for writing.
     ///
     /// # Errors
-    /// There is no such port, or it may not be opened.
+    /// There is no such port, it is no terminal, or it may not be opened.
     pub fn open(path: &Path, send: bool) -> io::Result<Self> {
-        let file = File::options().read(true).write(send).open(path)?;
+        let file = opened(path, send)?;
         #[cfg(unix)]
         set_up(&file)?;
         let closed = Arc::new(AtomicBool::new(false));
@@ -81,7 +82,7 @@ impl Port {
         Ok(Self { file, sends: send, received, closed })
     }
 
-    /// Whether requests can be sent: it is open for writing, and no file with saved bytes, which they would change.
+    /// Whether requests can be sent: it is open for writing, and known to be a terminal, which it always is on Unix.
     #[must_use]
     pub fn takes_requests(&self) -> bool {
         self.sends && self.file.is_terminal()
@@ -145,12 +146,49 @@ fn has_bytes(file: &File) -> io::Result<bool> {
     Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&MOMENT))? > 0)
 }
 
+/// What is no port, in words.
+fn no_port(what: &str) -> io::Error {
+    io::Error::other(format!(
+        "is {what}; allowed is the device file of a serial port, such as /dev/ttyACM0; bytes that were saved are read with --rtt"
+    ))
+}
+
+/// Opens a terminal and nothing else. What it is, is asked before it is opened: to open a pipe waits, and to open a device may move it.
+#[cfg(unix)]
+fn opened(path: &Path, send: bool) -> io::Result<File> {
+    use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+    let kind = path.metadata()?.file_type();
+    if !kind.is_char_device() {
+        return Err(no_port(match () {
+            () if kind.is_file() => "a regular file",
+            () if kind.is_dir() => "a folder",
+            () if kind.is_fifo() => "a named pipe",
+            () => "no terminal",
+        }));
+    }
+    // Without waiting for a carrier, and never as the terminal that controls this program.
+    let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
+    let file = File::options().read(true).write(send).custom_flags(flags).open(path)?;
+    if !file.is_terminal() {
+        return Err(no_port("a device and no terminal"));
+    }
+    fcntl_setfl(&file, fcntl_getfl(&file)? - OFlags::NONBLOCK)?;
+    Ok(file)
+}
+
+/// Opens a port; a regular file is none.
+#[cfg(not(unix))]
+fn opened(path: &Path, send: bool) -> io::Result<File> {
+    if path.is_file() {
+        return Err(no_port("a regular file"));
+    }
+    File::options().read(true).write(send).open(path)
+}
+
 #[cfg(unix)]
 fn set_up(file: &File) -> io::Result<()> {
-    use rustix::termios::{OptionalActions, QueueSelector, isatty, tcflush, tcgetattr, tcsetattr};
-    if !isatty(file) {
-        return Ok(());
-    }
+    use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
     let mut attributes = tcgetattr(file)?;
     attributes.make_raw();
     attributes.set_speed(BAUD)?;
@@ -180,6 +218,30 @@ mod tests {
             let Came::Bytes(bytes) = port.next_within(Duration::from_secs(5)) else { panic!("round {round}") };
             assert_eq!(bytes, [round]);
         }
+    }
+
+    /// A request to `robot.toml` would overwrite its beginning; a named pipe would wait for ever.
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_terminal_is_refused_and_stays_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, pipe] = ["robot.toml", "link", "pipe"].map(|name| folder.path().join(name));
+        std::fs::write(&file, "park_deg = 0\n").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RWXU).unwrap();
+        for (path, words) in [
+            (file.as_path(), "is a regular file; allowed is the device file"),
+            (&link, "is a regular file"),
+            (&pipe, "is a named pipe"),
+            (folder.path(), "is a folder"),
+            (Path::new("/dev/null"), "is a device and no terminal"),
+        ] {
+            for send in [false, true] {
+                let error = Port::open(path, send).unwrap_err().to_string();
+                assert!(error.contains(words) && error.contains("--rtt"), "{}: {error}", path.display());
+            }
+        }
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "park_deg = 0\n");
     }
 
     #[test]

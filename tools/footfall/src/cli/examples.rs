@@ -101,6 +101,10 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         &[
             ("A walk whose cadence rises, as CSV:", "footfall walk --cadence 100..130 --secs 20 --csv"),
             (
+                "The angles of a generator file, as a table:",
+                "footfall walk --generator samples/generator.toml --secs 20 --csv angles.csv",
+            ),
+            (
                 "A change of gait and a stop, as a picture:",
                 "footfall walk --switch \"t=2 run\" --switch \"t=4 stop\" --svg walk.svg",
             ),

@@ -12,8 +12,9 @@ use crate::options::system::{ResultFiles, Span, SystemArgument, even, progress};
 /// Options of `footfall bifurcation`.
 #[derive(Debug, Clone, Args)]
 #[command(
-    after_help = "Each value begins where the motion of the one before ended, moved by a thousandth of the amplitudes. Where it begins or ends to oscillate, the value\n\
-    is bisected. Sweeps that differ show two motions that both attract.\n\n\
+    after_help = "Each value begins where the motion of the one before ended: a rest is moved by a thousandth of the amplitudes, an oscillation goes on as it is. Where it\n\
+    begins or ends to oscillate, the value is found from two values before and with two degrees of care; `within` is how far they are apart. Sweeps that\n\
+    differ show two motions that both attract.\n\n\
     CSV: sweep (up or down), value, motion (rest, cycle, irregular, leaves or undecided), smallest and largest value of the state, period."
 )]
 pub struct Options {

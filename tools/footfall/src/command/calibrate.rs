@@ -25,6 +25,7 @@ pub mod rows;
 mod samples;
 
 use clap::Args;
+use gait_trace::Level;
 use hgod_adc::{Interpolation, MAX_POINTS, ReferenceConfig, Supply};
 use joint_units::{AdcCode, Volts};
 use std::path::{Path, PathBuf};
@@ -246,6 +247,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     write(&calibrated, &outputs)?;
     output::print(&if outputs.json { format!("{}\n", report::json(&calibrated)) } else { report::text(&calibrated) })?;
     output::notes(&calibrated.notes);
+    calibrated.warnings.iter().for_each(|warning| output::levelled(Level::Warning, warning));
     let command = format!("cargo xtask run --sensor left_hip={}", gait_trace::shell_word(&outputs.toml));
     messages::next("run it on the virtual board, here on the left hip", command);
     Ok(())

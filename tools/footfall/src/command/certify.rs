@@ -1,5 +1,5 @@
-//! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit or exceeds the
-//! limits of the robot, and a follower that does not lock from every start. It also says whether it walks on the robot.
+//! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit, exceeds the limits of
+//! the robot or does not walk on it, and a follower that does not lock from every start.
 
 mod network;
 mod return_rows;
@@ -19,7 +19,7 @@ use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::robot::RobotArgument;
 use crate::output;
-use return_rows::return_rows;
+use return_rows::{accepted, return_rows};
 
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
@@ -50,7 +50,7 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Wrong input, a generator that is refused or does not walk, or a file that cannot be written.
+/// Wrong input, a generator that is refused, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     // A file of the name `list` is `./list`.
     let is_list = |params: &Path| options.list || (options.out.is_none() && params.as_os_str() == "list");
@@ -88,11 +88,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         messages::written(&path);
     }
     output::print(&if options.json { json } else { table(&certificate) })?;
-    match (&certificate.refused_because, &certificate.drive.why_not) {
-        (Some(because), _) => Err(Failure::run(format!("refused: {because}"))),
-        (None, Some(why)) => Err(Failure::run(format!("walks: no: {why}"))),
-        (None, None) => Ok(()),
-    }
+    certificate.refused_because.map_or(Ok(()), |because| Err(Failure::run(format!("refused: {because}"))))
 }
 
 /// The certificate of a generator file, where `--out` does not name it.
@@ -147,13 +143,16 @@ fn table(c: &Certificate) -> String {
     }
     rows.extend(c.excesses.iter().map(|excess| ("beyond a limit", excess.to_string())));
     rows.push(("walks", walks(c)));
-    let accepted = c.refused_because.as_ref().map_or("yes".into(), |why| format!("no; {why}"));
-    rows.push(("accepted", accepted));
+    rows.push(("accepted", accepted(c.refused_because.as_ref()).into()));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 
-/// Whether it walks, and what the limits take from it.
+/// Whether it walks, and what the limits take from it; why it does not, unless the error says it.
 fn walks(c: &Certificate) -> String {
+    let is_said = |why: &String| c.refused_because.as_ref().is_some_and(|refused| refused.contains(why));
+    if c.drive.why_not.as_ref().is_some_and(is_said) {
+        return "no".into();
+    }
     let mut words = c.drive.in_words();
     if c.drive.walks && c.drive.limited_ticks > 0 {
         let lost = Joint::ALL.iter().zip(c.drive.lost_deg).filter(|(_, lost)| *lost >= 0.005);

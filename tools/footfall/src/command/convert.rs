@@ -142,6 +142,8 @@ fn in_words(settings: &ReadSettings) -> String {
     words.extend(settings.topic.as_ref().map(|topic| format!("--topic {topic}")));
     words.extend(settings.knee_sign.map(|sign| format!("--knee-sign {}", sign.name())));
     words.extend(settings.hip_sign.map(|sign| format!("--hip-sign {}", sign.name())));
+    words.extend(settings.mirror.then(|| "--mirror".to_owned()));
+    words.extend(settings.own_cycles.then(|| "--own-cycles".to_owned()));
     words.extend(settings.stride_s.map(|seconds| format!("--stride-time {seconds}")));
     words.extend(
         settings.calibration.as_ref().map(|calibration| format!("--calibration {}", name_of(&calibration.path))),

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::board::image::Image;
 use crate::board::source::{Opened, Origin};
+use crate::command::watch::no_board;
 use crate::failure::Failure;
 use crate::file::capture;
 use crate::file::capture::Capture;
@@ -35,10 +36,10 @@ pub struct Options {
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
     /// The firmware's ELF file: the one that runs on the board. Of a real board it is only named in FILE.json
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["rtt", "serial"])]
+    #[arg(long, value_name = "FILE")]
     pub elf: Option<PathBuf>,
     /// Record the virtual board: its program
-    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "serial"])]
+    #[arg(long, value_name = "PROGRAM")]
     pub virtual_board: Option<PathBuf>,
     /// Record a real board: the records in its RTT up channel 1, from a file, `-` (standard input), tcp:HOST:PORT (a server of OpenOCD),
     /// jlink:HOST:PORT or tcp-listen:HOST:PORT (a program that connects). Reset the board after the recording has begun: its boot record has the
@@ -80,7 +81,7 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
             )
         }
         (None, Some(elf), Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
-        _ => Err(Failure::input("nothing to record; allowed is --elf with --virtual-board, --rtt or --serial")),
+        (None, elf, board) => Err(no_board(elf.is_some(), board.is_some(), "cargo xtask run --record FILE")),
     }
 }
 

@@ -35,7 +35,7 @@ macro_rules! sample {
 
 /// Every sample file. `samples/README.md` describes them.
 pub const SAMPLES: [Sample; 16] = [
-    sample!("walk.csv", "a recording: CSV with four joints, 20 s", "footfall fit {} -o generator.toml"),
+    sample!("walk.csv", "a recording: CSV with four joints, 40 s", "footfall fit {} -o generator.toml"),
     sample!(
         "walk.mot",
         "a recording: OpenSim motion, knees extension positive, 12 s",

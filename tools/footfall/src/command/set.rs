@@ -149,20 +149,33 @@ fn show(reported: &Reported, as_json: bool) -> Result<(), Failure> {
 fn list(as_json: bool) -> Result<(), Failure> {
     let mut text = String::new();
     for parameter in Parameter::ALL {
+        let names = names(parameter);
         let (name, unit, about) = (parameter.name(), parameter.unit(), parameter.about());
         let [least, most, default] = parameter.range();
         // Writing to a string cannot fail.
         let _ = if as_json {
             let [least, most, default] = [least, most, default].map(|number| f64::from(number) / 1000.0);
             let object = json!({
-                "name": name, "unit": unit, "least": least, "most": most, "default": default, "about": about,
+                "name": name, "unit": unit, "least": least, "most": most, "default": default, "about": about, "names": names,
             });
             writeln!(text, "{object}")
         } else {
             let [least, most, default] = [least, most, default].map(Thousandths);
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            writeln!(text, "{name:<21} {least} to {most}{unit}, default {default}. {about}")
+            let numbered: Vec<String> = (0..).zip(&names).map(|(n, name): (i32, _)| format!("{n} {name}")).collect();
+            let names = if names.is_empty() { String::new() } else { format!(" {}.", numbered.join(", ")) };
+            writeln!(text, "{name:<21} {least} to {most}{unit}, default {default}. {about}{names}")
         };
     }
     output::print(&text)
+}
+
+/// The names of the values 0, 1, ... of a parameter; empty if they are numbers only.
+fn names(parameter: Parameter) -> Vec<String> {
+    match parameter {
+        Parameter::Gait | Parameter::Follow => {
+            (0..=parameter.range()[1] / 1000).map(|value| value_in_words(parameter, value * 1000)).collect()
+        }
+        _ => Vec::new(),
+    }
 }

@@ -1,6 +1,8 @@
-//! `footfall walk`: shows a default gait on the host core, with changes during the run: live on a terminal, else as CSV, JSON or a picture.
+//! `footfall walk`: shows a default gait on the host core, with changes during the run: live on a terminal, else as CSV, JSON or a picture. With
+//! `--generator`, the generator of a file.
 
-mod network;
+mod generator;
+mod outputs;
 
 use clap::Args;
 use clap::builder::ArgPredicate;
@@ -33,7 +35,9 @@ use crate::view::live_gait;
     t=9 start        from a stand to the gait\n\
     A speed or cadence that is asked for in a stand is kept for the next start. One that another gait does not allow is replaced by the nearest \
     that it allows, with a note, and comes back, with a note, with the next gait that allows it.\n\n\
-    CSV: time_s, the angles of left hip, right hip, left knee and right knee in degrees, flexion positive, and the state: walking, stopping (on the way to the stand) or standing.\n\n\
+    CSV of a gait: time_s, the angles of left hip, right hip, left knee and right knee in degrees, flexion positive, and the state: walking, stopping (on the way to the stand) or standing.\n\
+    CSV of a generator file: time_s, then NAME_deg of each of its joints: left_hip_deg, right_hip_deg, left_knee_deg, right_knee_deg, ... It begins at \
+    the generator's own start, which is the boot of a board.\n\n\
     --json, one object a line:\n  \
     t_s          seconds\n  \
     state        walking, stopping or standing\n  \
@@ -54,7 +58,7 @@ pub struct Options {
         default_value_if("cadence", ArgPredicate::IsPresent, "human-walk")
     )]
     pub gait: String,
-    /// A generator file of six or eight joints instead of a gait: its columns are those of its joints, without a state
+    /// A generator file of any kind instead of a gait: its columns are time_s and the angle of each joint, left_hip_deg and so on, without a state
     #[arg(long, value_name = "FILE", conflicts_with_all = ["list", "gait", "speed", "cadence", "switch"])]
     pub generator: Option<PathBuf>,
     /// Factor on the gait's own cadence, 0.5 to 1.5; a smaller range where fewer cadences were recorded or a joint would be too fast for the robot
@@ -72,9 +76,9 @@ pub struct Options {
     /// Milliseconds from one line to the next
     #[arg(long, value_name = "MS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub every_ms: u32,
-    /// CSV even on a terminal
-    #[arg(long, conflicts_with = "json")]
-    pub csv: bool,
+    /// CSV even on a terminal; with OUT, to this file
+    #[arg(long, value_name = "OUT", num_args = 0..=1, conflicts_with = "json")]
+    pub csv: Option<Option<PathBuf>>,
     /// One JSON object a line instead of CSV
     #[arg(long)]
     pub json: bool,
@@ -100,29 +104,27 @@ pub fn run(options: Options) -> Result<(), Failure> {
         let line = |gait: Gait| format!("{:<18} {}\n", gait.name(), gait.description());
         return output::print(&Gait::ALL.map(line).concat());
     }
+    let on_screen = generator.is_none() && csv.is_none() && !json && svg.is_none() && shows_screens(Keys::Stdin);
+    let outputs = outputs::Outputs { csv: csv.flatten(), json, svg, overwrite };
+    outputs.check()?;
     if let Some(generator) = &generator {
-        let secs = secs.unwrap_or(DEFAULT_SECS);
-        return network::run(generator, secs, every_ms, json, svg.as_deref(), overwrite);
+        return generator::run(generator, secs.unwrap_or(DEFAULT_SECS), every_ms, &outputs);
     }
     let gait = gait(&name)?;
     let speed = cadence.map_or(AskedSpeed::Factor(speed), |cadence| AskedSpeed::Cadence(cadence.first));
     let mut changes = switch.iter().map(|text| change(text)).collect::<Result<Vec<_>, _>>()?;
-    let on_screen = !csv && !json && svg.is_none() && shows_screens(Keys::Stdin);
     check_ends(&changes, secs, on_screen)?;
     if let Some(cadence) = cadence {
         changes.extend(cadence.sweep(gait, secs.unwrap_or(DEFAULT_SECS), &switch)?);
     }
-    svg.iter().try_for_each(|path| output::check(path, overwrite))?;
     let player = GaitPlayer::build(gait, speed, changes)?;
     output::notes(player.notes());
     if on_screen {
         return live_gait::run(player, secs, &*interrupt::flag()?);
     }
     let (text, motion) = play(player, secs.unwrap_or(DEFAULT_SECS), every_ms, json)?;
-    if let Some(path) = &svg {
-        svg::write(path, &format!("{name}, host core"), &over_time(&motion), overwrite)?;
-    }
-    output::print(&text)
+    outputs
+        .write(&text, |path, overwrite| svg::write(path, &format!("{name}, host core"), &over_time(&motion), overwrite))
 }
 
 /// Refuses changes after the end. On a screen without `--secs` there is no end.

@@ -33,10 +33,10 @@ const OF_THE_VIRTUAL_BOARD: [&str; 11] = [
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The firmware's ELF file: the one that would be flashed, or that was
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["serial", "rtt"])]
+    #[arg(long, value_name = "FILE")]
     pub elf: Option<PathBuf>,
     /// The virtual board's program
-    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["serial", "rtt"])]
+    #[arg(long, value_name = "PROGRAM")]
     pub virtual_board: Option<PathBuf>,
     /// Watch a board that runs: its serial port, a device file. On a terminal, keys change its parameters. --json prints every frame;
     /// `footfall set` changes their rate
@@ -87,6 +87,17 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
             settings.receivers = receivers;
             run::run(&settings, interrupt)
         }
-        _ => Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, --serial, or --rtt")),
+        (None, elf, board) => Err(no_board(elf.is_some(), board.is_some(), "cargo xtask run")),
     }
+}
+
+/// The failure of a command that no board is named to; `xtask` is the command that starts the virtual board for it.
+pub(crate) fn no_board(has_elf: bool, has_virtual_board: bool, xtask: &str) -> Failure {
+    Failure::input(match (has_elf, has_virtual_board) {
+        (true, false) => "--elf without --virtual-board: allowed are both, --serial or --rtt".into(),
+        (false, true) => "--virtual-board without --elf: allowed are both, --serial or --rtt".into(),
+        _ => format!(
+            "name a board: --serial PORT, or --rtt SOURCE through a debug probe; without a board run `{xtask}` in a clone, which starts the virtual board"
+        ),
+    })
 }

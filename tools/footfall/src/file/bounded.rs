@@ -10,6 +10,9 @@ pub enum ReadError {
     /// It is not there, or may not be read.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
+    /// It is a pipe, a device or a folder.
+    #[error("is no regular file")]
+    NotRegular,
     /// It is too large, or has no end.
     #[error("is larger than {most} bytes; allowed is up to that")]
     TooLarge {
@@ -32,6 +35,15 @@ pub fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { Err(ReadError::TooLarge { most }) } else { Ok(bytes) }
+}
+
+/// The same of a regular file: to open a pipe would wait for who writes to it.
+///
+/// # Errors
+/// As [`bytes`], or it is no regular file.
+#[cfg(feature = "analysis")]
+pub fn regular(path: &Path, most: u64) -> Result<Vec<u8>, ReadError> {
+    if path.metadata()?.is_file() { bytes(path, most) } else { Err(ReadError::NotRegular) }
 }
 
 /// The text of a file, of at most `most` bytes.

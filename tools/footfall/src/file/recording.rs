@@ -43,6 +43,10 @@ pub struct ReadSettings {
     pub knee_sign: Option<PositiveDirection>,
     /// What the file counts as positive at the hips.
     pub hip_sign: Option<PositiveDirection>,
+    /// The leg that the file does not have is the other one, half a stride later.
+    pub mirror: bool,
+    /// Each leg of a cycle counts from its own contact.
+    pub own_cycles: bool,
     /// Duration of the stride of a recording whose time is the fraction of a cycle, seconds.
     pub stride_s: Option<f64>,
     /// The joint of a recording whose only joint has no side in its name.
@@ -111,8 +115,8 @@ impl ReadSettings {
     /// The rules by which a recording that was read is conditioned.
     #[must_use]
     pub fn rules(&self) -> Rules {
-        let Self { low_pass, knee_sign, hip_sign, stride_s, .. } = *self;
-        Rules { low_pass, knee_sign, hip_sign, stride_s, ..Rules::default() }
+        let Self { low_pass, knee_sign, hip_sign, mirror, own_cycles, stride_s, .. } = *self;
+        Rules { low_pass, knee_sign, hip_sign, mirror, own_cycles, stride_s, ..Rules::default() }
     }
 
     /// The options of the readers of the formats.
@@ -184,19 +188,19 @@ impl Recorded {
                 | Fault::NoJoints { .. }
                 | Fault::NoTrajectories { .. }
                 | Fault::NotAngles { .. }
+                | Fault::TitleOfOther { .. }
                 | Fault::NoModelOutputs { .. }
         );
         other.then(|| error.to_string())
     }
 }
 
-/// The bytes of a recording.
+/// Whether a path is a regular file. Opening a named pipe would block until another program writes into it.
 ///
 /// # Errors
-/// It is no regular file, is larger than allowed, or cannot be read.
-pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+/// It is not there, or is something else.
+pub fn check_regular(path: &Path) -> Result<(), Failure> {
     let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
-    // Opening a named pipe would block until another program writes into it.
     let kind = std::fs::metadata(path).map_err(wrong)?;
     if kind.is_dir() {
         let why =
@@ -206,6 +210,15 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     if !kind.is_file() {
         return Err(Failure::input(format!("{}: is no regular file; allowed is a recording on disk", path.display())));
     }
+    Ok(())
+}
+
+/// The bytes of a recording.
+///
+/// # Errors
+/// It is no regular file, is larger than allowed, or cannot be read.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    check_regular(path)?;
     let bytes = bounded::bytes(path, MAX_BYTES).map_err(|why| Failure::input(format!("{}: {why}", path.display())))?;
     messages::detail(format_args!("read {}: {} bytes", path.display(), bytes.len()));
     Ok(bytes)

@@ -121,11 +121,6 @@ impl<'a> Connection<'a> {
         let what = if self.last_byte.elapsed() >= SILENCE { "byte" } else { "record" };
         (silent >= SILENCE).then(|| format!("no {what} for {} s; {}", silent.as_secs(), origin.to_check()))
     }
-
-    /// Seconds without a record.
-    pub(super) fn silent_s(&self) -> f64 {
-        self.last_record.elapsed().as_secs_f64()
-    }
 }
 
 /// A port that may not be written to is opened for reading alone: its board can be watched.

@@ -12,7 +12,7 @@ use super::shown::{News, Shown};
 use crate::board::run::Event;
 use crate::board::source::Origin;
 use crate::failure::Failure;
-use crate::messages;
+use crate::messages::{self, escaped};
 use crate::publish::{Publisher, Receivers};
 use crate::view::keys::{Key, TuneKey, key};
 use crate::view::plain;
@@ -80,6 +80,34 @@ fn is_over(settings: &Settings, shown: &Shown, interrupt: &AtomicBool) -> bool {
     interrupt.load(Ordering::Relaxed) || settings.secs.is_some_and(|secs| shown.seconds() >= secs)
 }
 
+/// Longest time without a new frame, beside the seconds that are asked for.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Ends a run of so many seconds when the board's time stands still for longer, whatever else comes: they cannot come any more.
+struct Patience {
+    longest: Option<Duration>,
+    seconds: f64,
+    since: Instant,
+}
+
+impl Patience {
+    fn of(settings: &Settings) -> Self {
+        let longest = settings.secs.and_then(|secs| Duration::try_from_secs_f64(secs).ok()?.checked_add(PATIENCE));
+        Self { longest, seconds: 0.0, since: Instant::now() }
+    }
+
+    fn check(&mut self, settings: &Settings, shown: &Shown) -> Result<(), Failure> {
+        if shown.seconds() > self.seconds {
+            (self.seconds, self.since) = (shown.seconds(), Instant::now());
+        }
+        if self.longest.is_some_and(|longest| self.since.elapsed() > longest) {
+            let Settings { origin, .. } = settings;
+            return Err(Failure::run(format!("{origin}: silent; {}", origin.to_check())));
+        }
+        Ok(())
+    }
+}
+
 fn in_lines(
     settings: &Settings,
     connection: &mut Connection<'_>,
@@ -87,7 +115,7 @@ fn in_lines(
     interrupt: &AtomicBool,
 ) -> Result<(), Failure> {
     let mut lines = Lines { as_json: settings.show == Show::Json, last: 0 };
-    let mut alarmed = false;
+    let (mut alarmed, mut patience) = (false, Patience::of(settings));
     while !is_over(settings, shown, interrupt) {
         match connection.next(Duration::from_millis(50))? {
             Received::Heard(all) => {
@@ -111,11 +139,7 @@ fn in_lines(
             _ => {}
         }
         alarmed = connection.alarm().is_some();
-        // So many seconds of the board cannot come any more.
-        if alarmed && settings.secs.is_some_and(|secs| connection.silent_s() > secs + 5.0) {
-            let Settings { origin, .. } = settings;
-            return Err(Failure::run(format!("{origin}: silent; {}", origin.to_check())));
-        }
+        patience.check(settings, shown)?;
     }
     Ok(())
 }
@@ -132,17 +156,19 @@ impl Lines {
     fn print(&mut self, news: &News, shown: &Shown) -> io::Result<()> {
         let mut out = io::stdout().lock();
         match (news, self.as_json) {
-            (News::Event(Event::Tick { .. }), true) => writeln!(out, "{}", plain::object(&shown.view))?,
+            (News::Event(Event::Tick { .. }), true) => {
+                writeln!(out, "{}", escaped(&plain::object(&shown.view).to_string()))?
+            }
             (News::Event(Event::Tick { tick, .. }), false) => {
                 let line = tick.tick / TICKS_A_LINE;
                 if line == std::mem::replace(&mut self.last, line) {
                     return Ok(());
                 }
-                writeln!(out, "{}", plain::line(&shown.view))?;
+                writeln!(out, "{}", escaped(&plain::line(&shown.view)))?;
             }
             (News::Event(event), true) => {
                 let Some(object) = plain::event_object(event) else { return Ok(()) };
-                writeln!(out, "{object}")?;
+                writeln!(out, "{}", escaped(&object.to_string()))?;
             }
             (News::Event(event), false) => {
                 if let Some(line) = plain::event_line(event) {
@@ -171,13 +197,15 @@ fn on_screen(
 ) -> Result<(), Failure> {
     let mut terminal =
         ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
-    let mut has_ended = false;
+    let (mut has_ended, mut patience) = (false, Patience::of(settings));
     let watched = loop {
         if is_over(settings, shown, interrupt) {
             break Ok(());
         }
         let drawn = Instant::now();
-        if let Err(failure) = receive(connection, shown, drawn + FRAME, &mut has_ended) {
+        let received = receive(connection, shown, drawn + FRAME, &mut has_ended);
+        // The last of a source that has ended stays on the screen until a key.
+        if let Err(failure) = received.and_then(|()| if has_ended { Ok(()) } else { patience.check(settings, shown) }) {
             break Err(failure);
         }
         shown.view.alarm = match has_ended {

@@ -25,8 +25,9 @@ pub use udp::{UDP_PORT, fields};
 /// Where a run is sent while it runs.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Receivers {
-    /// Serve the run to Foxglove, in real time: open the connection `Foxglove WebSocket` there to ws://ADDRESS. ADDRESS is an
-    /// address of this machine, HOST or HOST:PORT [default: 127.0.0.1:8765]
+    /// Serve the run to Foxglove, in real time: open the connection `Foxglove WebSocket` there to the address that is printed. ADDRESS is an
+    /// address of this machine, HOST or HOST:PORT; with one that other machines reach, what is printed has a token
+    /// [default: 127.0.0.1:8765]
     #[cfg(feature = "analysis")]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765", value_parser = address(FOXGLOVE_PORT))]
     pub foxglove: Option<SocketAddr>,
@@ -98,7 +99,7 @@ impl Publisher {
                         "--foxglove {at}: cannot be opened: {error}; allowed is a free port of an address of this machine"
                     ))
                 })?;
-                messages::status(format_args!("foxglove: ws://{}", server.address()));
+                messages::status(format_args!("foxglove: {}", server.address()));
                 Some(server)
             }
             None => None,

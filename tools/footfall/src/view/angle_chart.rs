@@ -1,6 +1,7 @@
 //! Angles over the last seconds: curves on a scale that stays, with a line at zero and the time.
 
-use crate::view::state::{PAST_S, Point, Scale};
+use crate::view::cut::cut;
+use crate::view::state::{PAST_S, Point, SCALE_STEP_DEG, Scale};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Rect};
 use ratatui::style::{Color, Style};
@@ -36,7 +37,7 @@ pub(super) fn chart(
     curves.extend(all.iter().zip(colours).map(|(series, colour)| line(*colour).data(series)));
     let ago = |seconds: f64, alignment| Line::from(format!("{seconds:.0} s")).alignment(alignment);
     let block = Block::bordered()
-        .title(title)
+        .title(cut(Line::from(title), area.width.saturating_sub(2)))
         .title_bottom(ago(-PAST_S, Alignment::Left))
         .title_bottom(ago(-PAST_S / 2.0, Alignment::Center))
         .title_bottom(ago(0.0, Alignment::Right));
@@ -48,19 +49,25 @@ pub(super) fn chart(
     frame.render_widget(chart, area);
 }
 
-/// The text beside each row of a chart, from the lowest: a mark of the axis stands in the row that a curve passes at it. The ends come first,
-/// then zero.
+/// The text beside each row of a chart, from the lowest: a mark of the axis stands in the row that a curve passes at it. Marks are multiples of a
+/// step, so that the rows between them are equally many degrees; on a low chart the step is larger, and the upper end may have no mark.
 fn marks(scale: Scale, rows: u16) -> Vec<String> {
     let Scale([least, most]) = scale;
     let mut texts = vec![String::new(); usize::from(rows)];
     // Four dots a row.
     let dots = f32::from(rows.max(1) * 4 - 1);
-    let mut wanted = scale.marks();
-    wanted.sort_by_key(|mark| (*mark != least && *mark != most, *mark != 0.0));
-    for mark in wanted {
-        let from_top = ((most - mark) / (most - least) * dots) as usize / 4;
-        let row = texts.len().checked_sub(from_top + 1).and_then(|row| texts.get_mut(row));
-        if let Some(text) = row.filter(|text| text.is_empty()) {
+    let row = |mark: f32| ((most - mark) / (most - least) * dots) as usize / 4;
+    // From the upper end down; the zero is always among them.
+    let of_every = |every: i32| -> Vec<f32> {
+        let multiples =
+            scale.marks().into_iter().rev().filter(|mark| (mark / SCALE_STEP_DEG).round() as i32 % every == 0);
+        let marks: Vec<f32> = multiples.collect();
+        let is_hidden = marks.len() > 1 && row(marks[0]) == row(marks[1]);
+        marks[usize::from(is_hidden)..].to_vec()
+    };
+    let stand_apart = |marks: &Vec<f32>| marks.windows(2).all(|pair| row(pair[0]) < row(pair[1]));
+    for mark in (1..).map(of_every).find(stand_apart).unwrap_or_default() {
+        if let Some(text) = texts.len().checked_sub(row(mark) + 1).and_then(|row| texts.get_mut(row)) {
             *text = format!("{mark:>3.0}");
         }
     }
@@ -71,16 +78,25 @@ fn marks(scale: Scale, rows: u16) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// The zero of the axis stands beside the line at zero, whatever the height.
+    /// The zero of the axis stands beside the line at zero, whatever the height, and the marks are equally many degrees apart.
     #[test]
     fn marks_stand_where_curves_pass() {
-        for rows in 3..40 {
-            let texts = marks(Scale::default(), rows);
-            let [low, zero, high] = ["-30", "  0", " 90"].map(|mark| texts.iter().position(|text| text == mark));
-            let zero_dot = 0.75 * (f32::from(rows) * 4.0 - 1.0);
-            let zero_row = usize::from(rows) - 1 - zero_dot as usize / 4;
-            assert_eq!((low, high), (Some(0), Some(usize::from(rows) - 1)), "{texts:?}");
-            assert!(zero == Some(zero_row) || zero_row == 0, "{texts:?}");
+        for scale in [Scale::default(), Scale([-60.0, 120.0]), Scale([-30.0, 510.0])] {
+            let Scale([least, most]) = scale;
+            for rows in 1..40 {
+                let texts = marks(scale, rows);
+                assert_eq!(texts.len(), usize::from(rows));
+                let zero_dot = most / (most - least) * (f32::from(rows) * 4.0 - 1.0);
+                let zero_row = usize::from(rows) - 1 - zero_dot as usize / 4;
+                assert_eq!(texts.iter().position(|text| text == "  0"), Some(zero_row), "{texts:?}");
+                let shown: Vec<i32> = texts.iter().filter_map(|text| text.trim().parse().ok()).collect();
+                let steps: Vec<i32> = shown.windows(2).map(|pair| pair[1] - pair[0]).collect();
+                assert!(steps.iter().all(|step| *step == steps[0] && *step > 0), "{texts:?}");
+                assert!(rows < 3 || shown.len() > 1, "{texts:?}");
+            }
         }
+        // The four rows of a terminal of 80 x 24.
+        assert_eq!(marks(Scale::default(), 4), ["-30", "  0", " 30", " 60"]);
+        assert_eq!(marks(Scale::default(), 5), ["-30", "  0", " 30", " 60", " 90"]);
     }
 }

@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 use crate::failure::Failure;
 use crate::gait_player::asked_speed::AskedSpeed;
 use crate::gait_player::{Change, GaitPlayer, State};
+use crate::view::cut::cut;
 
 /// How much of the past is shown, seconds.
 const PAST_S: f64 = 4.0;
@@ -209,7 +210,8 @@ fn draw(frame: &mut Frame<'_>, live: &Live) {
     let colour = if player.state() == State::Walking { Color::Green } else { Color::Yellow };
     let style = Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD);
     let first = Line::from(vec![Span::raw(" "), Span::styled(state, style), Span::raw(numbers)]);
-    frame.render_widget(Paragraph::new(vec![first, Line::from(format!(" {}", live.note))]), head);
+    let lines = [first, Line::from(format!(" {}", live.note))].map(|line| cut(line, head.width));
+    frame.render_widget(Paragraph::new(lines.to_vec()), head);
     for (row, joints) in [(hips, [0, 1]), (knees, [2, 3])] {
         let columns = [Constraint::Fill(3), Constraint::Fill(3), Constraint::Fill(2), Constraint::Fill(2)];
         let [a, b, c, d] = Layout::horizontal(columns).areas(row);
@@ -218,7 +220,7 @@ fn draw(frame: &mut Frame<'_>, live: &Live) {
         portrait(frame, c, live, joints[0]);
         portrait(frame, d, live, joints[1]);
     }
-    frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
+    frame.render_widget(cut(Line::from(KEYS), keys.width).style(Style::new().add_modifier(Modifier::DIM)), keys);
 }
 
 /// Whole tens around the values, so that the axis changes seldom.
@@ -256,7 +258,7 @@ fn chart(
         .style(Style::new().fg(colour))
         .data(points);
     let chart = Chart::new(vec![data])
-        .block(Block::bordered().title(title))
+        .block(Block::bordered().title(cut(Line::from(title), area.width.saturating_sub(2))))
         .x_axis(Axis::default().bounds(x))
         .y_axis(Axis::default().bounds(y).labels(y.map(|end| format!("{end:.0}"))));
     frame.render_widget(chart, area);

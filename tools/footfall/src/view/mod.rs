@@ -1,6 +1,7 @@
 //! What the user sees: live screens, lines of text, charts.
 
 mod angle_chart;
+mod cut;
 pub mod keys;
 #[cfg(feature = "analysis")]
 pub mod live_gait;

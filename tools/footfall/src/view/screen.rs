@@ -1,6 +1,7 @@
 //! The live screen: measured angles, four setpoints, four pulses, the state of the loop, the log, and the keys that change the board.
 
 use crate::view::angle_chart::chart;
+use crate::view::cut::cut;
 use crate::view::state::{View, Watched};
 use crate::view::warnings::short;
 use joint_loop::{SENSORS, SupervisorState};
@@ -61,14 +62,14 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
         let name = Span::styled(" change ", Style::new().add_modifier(Modifier::REVERSED));
         let lines =
             vec![Line::from(vec![name, Span::raw(format!(" {value}"))]), Line::from(format!("         {last}"))];
-        frame.render_widget(Paragraph::new(lines), tune);
+        frame.render_widget(cut_all(lines, tune), tune);
     }
     let shown = usize::from(log.height.saturating_sub(1));
     let lines: Vec<Line<'_>> =
         view.log.iter().skip(view.log.len().saturating_sub(shown)).map(|line| Line::from(line.as_str())).collect();
     let block = Block::new().borders(Borders::TOP).title(" log ");
-    frame.render_widget(Paragraph::new(lines).block(block), log);
-    frame.render_widget(Line::from(keys(view)).style(Style::new().add_modifier(Modifier::DIM)), help);
+    frame.render_widget(cut_all(lines, log).block(block), log);
+    frame.render_widget(cut(Line::from(keys(view)), help.width).style(Style::new().add_modifier(Modifier::DIM)), help);
 }
 
 /// The keys that have an effect.
@@ -123,7 +124,12 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
     ]);
     let third = view.following().map(|words| Line::from(format!(" following: {words}")));
     let lines = [Some(title.style(Style::new().add_modifier(Modifier::BOLD))), Some(first), Some(second(view)), third];
-    frame.render_widget(Paragraph::new(lines.into_iter().flatten().collect::<Vec<_>>()), area);
+    frame.render_widget(cut_all(lines.into_iter().flatten(), area), area);
+}
+
+/// The lines, each as wide as its place allows.
+fn cut_all<'l>(lines: impl IntoIterator<Item = Line<'l>>, area: Rect) -> Paragraph<'l> {
+    Paragraph::new(lines.into_iter().map(|line| cut(line, area.width)).collect::<Vec<_>>())
 }
 
 /// What is wrong with the connection, or the comparison with the host, the load and the environment.
@@ -306,6 +312,13 @@ mod tests {
         let (width, height) = LEAST;
         let screen = shown(&view(50), width, height);
         assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5\u{b0}"), "{screen}");
+        // The charts of the setpoints have four rows here.
+        let scales = [" 60", " 30", "  0", "-30"].map(|mark| screen.matches(&format!("{mark}\u{2502}")).count());
+        assert!(scales.iter().all(|count| *count >= 4), "{scales:?}\n{screen}");
+        let long = View { title: "a walk ".repeat(20), ..view(50) };
+        let first = shown(&long, width, height);
+        let first = first.lines().next().expect("a line").trim_matches('"').to_owned();
+        assert!(first.ends_with('\u{2026}') && first.chars().count() == usize::from(width), "{first}");
         for (width, height) in [(79, 24), (40, 10), (10, 3), (1, 1)] {
             shown(&view(50), width, height);
         }

@@ -19,7 +19,7 @@ const RATE_OVER_S: f64 = 1.0;
 const LOG_LINES: usize = 50;
 
 /// Steps of the axes of angles, degrees.
-const SCALE_STEP_DEG: f32 = 30.0;
+pub(super) const SCALE_STEP_DEG: f32 = 30.0;
 
 /// Least and greatest angle of an axis, degrees. It is fixed, so that motions can be compared by eye, and grows for an angle beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -325,7 +325,7 @@ fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
         Show::Json => {
             let object = if status { Some(plain::object(view)) } else { plain::event_object(event) };
             let Some(object) = object else { return Ok(()) };
-            writeln!(out, "{object}")?;
+            writeln!(out, "{}", messages::escaped(&object.to_string()))?;
         }
         Show::Plain | Show::Screen => {
             if let Some(line) = plain::event_line(event) {

@@ -20,7 +20,9 @@ impl Shell {
         let shell = Self { folder: tempfile::tempdir().unwrap() };
         copy(&root().join("samples"), &shell.path("samples"));
         copy(&root().join("tests/traces"), &shell.path("tests/traces"));
-        std::fs::create_dir(shell.path("programs")).unwrap();
+        for folder in ["programs", "out"] {
+            std::fs::create_dir(shell.path(folder)).unwrap();
+        }
         let footfall = env!("CARGO_BIN_EXE_footfall");
         shell.program("footfall", &format!("exec '{footfall}' \"$@\""));
         let not_run = "[ \"$1\" = footfall ] || { echo \"cargo $1 is not run here\"; exit 99; }";

@@ -11,7 +11,7 @@ pub(crate) struct Element {
     pub(crate) attributes: Vec<(String, String)>,
     pub(crate) text: String,
     /// Index of the element around it.
-    parent: Option<usize>,
+    pub(crate) parent: Option<usize>,
 }
 
 impl Element {

@@ -1,4 +1,4 @@
-//! Charts over the gait cycle: every stride, their mean, the generator, the normative band; and the residuals.
+//! Charts over the gait cycle: left over right; every stride, their mean, the generator, the normative band; and the residuals.
 
 use std::fmt::Write as _;
 
@@ -6,6 +6,7 @@ use gait_trace::stride::cycle::{Cycle, POINTS};
 use joint_units::Joint;
 use picture::inline::{Chart, Layer, whole};
 
+use super::recorded::figure;
 use super::words::{is_judged, spaced};
 use crate::fit::Fit;
 use crate::html::{self, escape, number};
@@ -14,7 +15,9 @@ use crate::normative;
 /// Most strides that are drawn for a joint; more would be one grey area, and a large page.
 const MOST_STRIDES: usize = 40;
 /// Name and class of the lines of a chart.
-const LINES: [(&str, &str); 6] = [
+const LINES: [(&str, &str); 8] = [
+    ("left, mean stride", "left"),
+    ("right, mean stride", "right dashed"),
     ("normative band", "others"),
     ("single strides", "stride"),
     ("mean stride", "mean"),
@@ -23,11 +26,9 @@ const LINES: [(&str, &str); 6] = [
     ("strides, one standard deviation", "band"),
 ];
 
-/// The charts with their headings and legends.
-pub(super) fn section(page: &mut String, fit: &Fit) {
-    let strides = fit.strides.cycles().len();
-    let drawn = drawn_strides(fit).count();
-    *page += "<section class=\"new-page\"><h2>Curves over the gait cycle</h2>";
+/// The mean strides of both legs, left over right in one chart.
+pub(super) fn of_the_person(page: &mut String, fit: &Fit) {
+    *page += "<section><h2>Left over right</h2>";
     html::paragraph(page, &format!("Each leg is on its own cycle. {}", fit.measures.cycle_start.words()));
     if has_band(fit) {
         html::paragraph(page, &normative::words());
@@ -42,6 +43,37 @@ pub(super) fn section(page: &mut String, fit: &Fit) {
     } else {
         html::paragraph(page, "The normative band is not shown: its 0 % is initial contact, which was not found here.");
     }
+    let mut used = vec!["left", "right dashed"];
+    used.extend(has_band(fit).then_some("others"));
+    legend(page, &used);
+    *page += "<div class=\"charts\">";
+    for (part, legs) in [("hip", [Joint::LeftHip, Joint::RightHip]), ("knee", [Joint::LeftKnee, Joint::RightKnee])] {
+        figure(page, &both_legs(fit, part, legs), &format!("legs-{part}"), part);
+    }
+    *page += "</div></section>";
+}
+
+/// The mean stride of a joint of both legs, each over the cycle of its own leg.
+fn both_legs(fit: &Fit, part: &str, legs: [Joint; 2]) -> Chart {
+    let mut layers: Vec<Layer> = has_band(fit).then(|| band(legs[0])).into_iter().collect();
+    let mean = fit.strides.mean();
+    let own = |joint: Joint| fit.measures.cycle_start.own_cycle(&mean, joint);
+    layers.extend(["left", "right dashed"].into_iter().zip(legs).map(|(class, joint)| line(class, &own(joint), 1)));
+    let range = |joint: Joint| number(Some(fit.measures.motion[joint as usize].range_deg), 1);
+    let description = format!(
+        "Mean angle of the left and the right {part} over the cycle of their own leg; the range of the left one is {} degrees, of the right one {} degrees.",
+        range(legs[0]),
+        range(legs[1])
+    );
+    Chart::new(&format!("Left and right {part}"), &description, ["gait cycle of the same leg, %", "angle, deg"], layers)
+        .along(0.0..=100.0)
+}
+
+/// The charts of the generator with their headings and legends.
+pub(super) fn of_the_generator(page: &mut String, fit: &Fit) {
+    let strides = fit.strides.cycles().len();
+    let drawn = drawn_strides(fit).count();
+    *page += "<section><h2>Generator over the gait cycle</h2>";
     if strides > 1 {
         html::paragraph(
             page,
@@ -137,17 +169,20 @@ pub(super) fn sd_at_points(fit: &Fit, joint: Joint) -> [f64; POINTS] {
     fit.measures.cycle_start.own_cycle(&by_stride, joint)
 }
 
+fn band(joint: Joint) -> Layer {
+    let band = normative::band(joint);
+    let edge = |n: usize| {
+        let (x, k) = (100.0 * n as f64 / normative::POINTS as f64, n % normative::POINTS);
+        (x, band.mean_deg[k] - band.sd_deg[k], band.mean_deg[k] + band.sd_deg[k])
+    };
+    Layer::Band("others", (0..=normative::POINTS).map(edge).collect())
+}
+
 fn overlay(fit: &Fit, joint: Joint) -> (String, Vec<Layer>) {
     let own = |cycle: &Cycle| fit.measures.cycle_start.own_cycle(cycle, joint);
     let mut layers = vec![];
     if has_band(fit) {
-        let band = normative::band(joint);
-        let at = |k: usize| (100.0 * k as f64 / normative::POINTS as f64, k % normative::POINTS);
-        let edge = |k: usize| {
-            let (x, k) = at(k);
-            (x, band.mean_deg[k] - band.sd_deg[k], band.mean_deg[k] + band.sd_deg[k])
-        };
-        layers.push(Layer::Band("others", (0..=normative::POINTS).map(edge).collect()));
+        layers.push(band(joint));
     }
     if fit.strides.cycles().len() > 1 {
         layers.extend(drawn_strides(fit).map(|stride| line("stride", &own(stride), 2)));

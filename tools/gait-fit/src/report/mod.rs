@@ -29,24 +29,27 @@ use crate::judge::{JointFit, pooled};
 /// The page as text. `command` is the command line that repeats the fit.
 #[must_use]
 pub fn html(fit: &Fit, command: &str) -> String {
-    let mut page = html::begin(&fit.source.name, &fit.source.name);
-    headline(&mut page, fit);
+    let mut page =
+        html::begin(&format!("gait report, {}", fit.source.name), &format!("Gait report: {}", fit.source.name));
+    html::paragraph(&mut page, &format!("Made by {} from {}.", fit.file.provenance.made_by, fit.format));
     fit.notes.iter().for_each(|text| html::note(&mut page, text));
-    times(&mut page, fit);
-    downloads(&mut page, fit);
-    curves::section(&mut page, fit);
+    person(&mut page, fit);
     tables::motion(&mut page, fit);
+    curves::of_the_person(&mut page, fit);
+    downloads(&mut page, fit);
+    headline(&mut page, fit);
+    curves::of_the_generator(&mut page, fit);
     tables::errors(&mut page, fit);
     recorded::sections(&mut page, fit);
     proof::sections(&mut page, fit, command);
     page + html::END
 }
 
-/// The error that counts, or why there is none.
+/// The generator's error that counts, or why there is none.
 fn headline(page: &mut String, fit: &Fit) {
     let heldout = pooled(&fit.joints, |joint| joint.rmse_heldout_deg);
     let floor = pooled(&fit.joints, |joint| joint.heldout_floor_deg);
-    *page += "<section class=\"headline\"><h2>Error on strides that were not fitted</h2>";
+    *page += "<section class=\"headline new-page\"><h2>The generator: error on strides that were not fitted</h2>";
     if let (Some(heldout), Some(floor)) = (heldout, floor) {
         // Writing to a String cannot fail.
         let _ = write!(page, "<p class=\"number\">{} degrees</p>", number(Some(heldout), 2));
@@ -81,11 +84,16 @@ fn headline(page: &mut String, fit: &Fit) {
         ),
     };
     html::paragraph(page, &driven);
+    let facts = [
+        ("generator", format!("{}, stride time {:.4} s", fit.file.set.name(), fit.period_s)),
+        ("certificate", fit.certificate.status.words().to_owned()),
+    ];
+    html::table(page, "Generator", &[], facts.map(|(name, value)| [name.to_owned(), value]));
     *page += "</section>";
 }
 
-/// Cadence, stride time and how it varies, and what was fitted.
-fn times(page: &mut String, fit: &Fit) {
+/// Cadence, stride time and how it varies.
+fn person(page: &mut String, fit: &Fit) {
     let measures = &fit.measures;
     let no_seconds = || "not known: the time axis of the recording is a cycle, not seconds".to_owned();
     let too_few = || match fit.strides.cycles().len() {
@@ -107,12 +115,10 @@ fn times(page: &mut String, fit: &Fit) {
         ("variability of the stride time", variability),
         ("strides used", fit.strides.cycles().len().to_string()),
         ("left against right, shifted by half a stride", format!("hip {hip:.1} deg, knee {knee:.1} deg")),
-        ("generator", format!("{}, stride time {:.4} s", fit.file.set.name(), fit.period_s)),
-        ("certificate", fit.certificate.status.words().to_owned()),
-        ("recording", fit.format.clone()),
     ];
-    *page += "<h2>Times and strides</h2>";
-    html::table(page, "Times, strides and generator", &[], facts.map(|(name, value)| [name.to_owned(), value]));
+    *page += "<section><h2>The person</h2>";
+    html::table(page, "Times and strides", &[], facts.map(|(name, value)| [name.to_owned(), value]));
+    *page += "</section>";
 }
 
 fn downloads(page: &mut String, fit: &Fit) {

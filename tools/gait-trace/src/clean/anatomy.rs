@@ -4,14 +4,12 @@
 //! bounds leave a margin for offsets of the zero.
 
 use super::convention::Untimed;
-use super::knee_sign::MOST_MEAN_DEG;
+use super::knee_sign::{KNEE_DEG, MOST_MEAN_DEG};
 use crate::finding::{Done, FindingKind};
 use crate::series::quantile;
 use joint_units::Joint;
 
-/// Smallest and largest angle of a knee, degrees, without the outermost hundredths.
-pub const KNEE_DEG: (f64, f64) = (-50.0, 170.0);
-/// The same of a hip.
+/// Smallest and largest angle of a hip, degrees, without the outermost hundredths; that of a knee is [`KNEE_DEG`].
 pub const HIP_DEG: (f64, f64) = (-70.0, 150.0);
 /// Means of a hip that are possible at all, degrees.
 pub const HIP_MOST_MEAN_DEG: (f64, f64) = (-60.0, 110.0);

@@ -16,11 +16,14 @@
 //!    A joint that stays at an end of its range in stride after stride is reported as clipped.
 //! 3. *Jumps* faster than a leg can move are bridged, or unusable if longer than [`Rules::longest_jump_s`]. At a lasting step the samples
 //!    are unusable.
-//! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused. A unit that only the values
+//! 4. *Units.* If the joints move faster than a leg can, the times are not in the unit that they are read in, which is an error. If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused. A unit that only the values
 //!    imply is refused if the joints then move too little for a gait. So are a left and a right joint with the same numbers.
+//!    Curves of a cycle whose legs are in phase each count from their own contact: they are moved if [`Rules::own_cycles`] says so, else refused.
 //! 5. *Low-pass*, if [`Rules::low_pass`] requests one.
 //! 6. *Convention*: signs and exchanged columns ([`crate::clean::convention`]). What is beyond the bounds of a person then is an error
 //!    ([`crate::clean::anatomy`]).
+//!
+//! 7. *One leg.* With [`Rules::mirror`] the missing leg is made from the other one.
 //!
 //! Times are counted from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
 
@@ -32,10 +35,12 @@ use crate::clean::convention::{self, Convention};
 use crate::clean::folded::{self, Folded};
 use crate::clean::held;
 use crate::clean::knee_sign::AmbiguousKnees;
+use crate::clean::other_leg;
 use crate::clean::repair;
 use crate::clean::repair::JumpRule;
 use crate::clean::rules::{FEWEST_ROWS, LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
 use crate::clean::same_leg;
+use crate::clean::too_fast;
 use crate::clean::unit_doubt;
 use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::{RawJoints, SignBasis, SignSource};
@@ -104,7 +109,7 @@ impl Conditioned {
 /// angle_deg[150] -= 12.0;
 /// let left_knee = RawJoint::degrees("knee_angle_l", angle_deg);
 /// let raw = RawJoints {
-///     file: "walk.mot".into(), format: String::new(), time_s, received: false, joints: [None, None, Some(left_knee), None], notes: vec![],
+///     file: "walk.mot".into(), format: String::new(), time_s, received: false, joints: [None, None, Some(left_knee), None], notes: vec![], doubts: vec![],
 /// };
 /// let done = condition(&raw, &Rules::default())?;
 /// let said: Vec<String> = done.findings.iter().map(|finding| finding.to_string()).collect();
@@ -126,6 +131,13 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
     let clock = Clock::of(raw, rules)?;
     let (rate_hz, samples) = (clock.rate_hz, clock.samples);
     let mut findings = clock.findings.clone();
+    findings.extend(raw.doubts.iter().map(|doubt| Finding {
+        from_s: 0.0,
+        to_s: (samples - 1) as f64 / rate_hz,
+        joint: None,
+        what: FindingKind::Guess(*doubt),
+        done: Done::Reported,
+    }));
     let seconds = |n: usize| n as f64 / rate_hz;
     if let Some((_, block)) = held {
         let what = FindingKind::Held { block, rate_hz };
@@ -221,7 +233,12 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         return Err(ConditionError::Radians { file, range: widest, least });
     }
     unit_doubt::check(raw, &joints, &unusable)?;
-    if let Some(left) = same_leg::of(&joints, &gaps) {
+    if !clock.normalised_cycle {
+        too_fast::check(raw, &joints, &unusable, rate_hz)?;
+    }
+    // Of curves of one cycle that is said below, with what to do.
+    let same = if clock.normalised_cycle { None } else { same_leg::of(&joints, &gaps) };
+    if let Some(left) = same {
         return Err(ConditionError::SameLeg { file: raw.file.clone(), left });
     }
     for (gaps, made_up) in gaps.iter_mut().zip(made_up) {
@@ -247,12 +264,36 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let what = FindingKind::Unfiltered;
         findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what, done: Done::Smoothed { hz } });
     }
+    if rules.own_cycles {
+        let refused = |why| ConditionError::NoOwnCycles { file: raw.file.clone(), why };
+        if !clock.normalised_cycle {
+            return Err(refused("the time is not that of a cycle"));
+        }
+        let right = joints.iter_mut().skip(1).step_by(2).flatten();
+        right.for_each(|x| *x = other_leg::half_a_cycle_later(x));
+        if other_leg::in_phase(&joints).is_some() {
+            return Err(refused("the legs are half a cycle apart as they are"));
+        }
+        findings.push(Finding {
+            from_s: 0.0,
+            to_s: end_s,
+            joint: None,
+            what: FindingKind::OwnCycles,
+            done: Done::Reported,
+        });
+    } else if clock.normalised_cycle
+        && let Some(part) = other_leg::in_phase(&joints)
+    {
+        return Err(ConditionError::LegsInPhase { file: raw.file.clone(), part });
+    }
     let sources = raw.joints.each_ref().map(|joint| joint.as_ref().map_or(SignSource::Unknown, |joint| joint.sign));
     let convention = convention::apply(&mut joints, &unusable, rate_hz, clock.normalised_cycle, sources, rules);
-    let convention = convention.map_err(|AmbiguousKnees { least_deg, most_deg }| ConditionError::KneeSign {
-        file: raw.file.clone(),
-        least_deg,
-        most_deg,
+    let convention = convention.map_err(|AmbiguousKnees { least_deg, most_deg, is_interior }| {
+        let file = raw.file.clone();
+        match is_interior {
+            true => ConditionError::InteriorKnees { file, least_deg, most_deg },
+            false => ConditionError::KneeSign { file, least_deg, most_deg },
+        }
     })?;
     for hip in (0..2).filter(|&leg| convention.exchanged[leg]) {
         gaps.swap(hip, hip + 2);
@@ -268,7 +309,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let named = if is_hip { rules.hip_sign } else { rules.knee_sign };
         ConditionError::Impossible { file: raw.file.clone(), impossible, named }
     })?;
-    let Convention { findings: convention, signs, exchanged } = convention;
+    let Convention { findings: convention, mut signs, exchanged } = convention;
     findings.extend(convention.into_iter().chain(doubts).map(|(joint, what, done)| Finding {
         from_s: 0.0,
         to_s: end_s,
@@ -276,6 +317,23 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         what,
         done,
     }));
+
+    if rules.mirror {
+        let half = other_leg::half_a_stride(&joints, &unusable, rate_hz, clock.normalised_cycle);
+        let mirrored = other_leg::mirror(&mut joints, &mut unusable, half);
+        let half_s = match mirrored {
+            Ok(half) => half as f64 / rate_hz,
+            Err(why) => return Err(ConditionError::NoMirror { file: raw.file.clone(), why }),
+        };
+        for joint in Joint::ALL {
+            if signs[joint as usize].is_some() || joints[joint as usize].is_none() {
+                continue;
+            }
+            signs[joint as usize] = signs[joint as usize ^ 1];
+            let what = FindingKind::Mirrored { half_s };
+            findings.push(Finding { from_s: 0.0, to_s: end_s, joint: Some(joint), what, done: Done::Reported });
+        }
+    }
 
     let times = (0..samples).map(seconds).collect();
     let channels = Joint::ALL.into_iter().zip(joints);

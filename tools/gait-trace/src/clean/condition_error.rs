@@ -3,7 +3,7 @@
 use crate::clean::anatomy::Impossible;
 use crate::clean::positive_direction::PositiveDirection;
 use crate::clean::resample::MAX_SAMPLES;
-use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF};
+use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF, MOST_DEG_S};
 use crate::recording::RecordingError;
 use joint_units::Joint;
 
@@ -203,7 +203,12 @@ pub enum ConditionError {
     },
     /// A joint has an angle that no person has.
     #[error(
-        "{file}: {joint} {what} {found:.1} degrees with flexion positive, which no person has; allowed are {least} to {most}: {named}is the column or its unit another one, or is the zero of the angle not that of an upright stand?",
+        "{file}: {joint} {what} {found:.1} degrees with flexion positive, which no person has; allowed are {least} to {most}: {named}is the column or its unit another one, or is the zero of the angle not that of an upright stand?{hint}",
+        hint = if .named.is_none() && .impossible.found_deg < 0.0 {
+            format!(" If the file counts extension as positive, `{} extension` says so.", option_of_sign(.impossible.joint))
+        } else {
+            String::new()
+        },
         named = .named.map_or(String::new(), |sign| format!(
             "is the sign another one than `{} {}`, ", option_of_sign(.impossible.joint), sign.name()
         )),
@@ -220,7 +225,7 @@ pub enum ConditionError {
     },
     /// The sign of the knees does not follow from their angles.
     #[error(
-        "{file}: it is unclear whether flexion or extension of the knees is positive ({least_deg:.1} to {most_deg:.1} deg){hint}; allowed is `--knee-sign flexion` or `--knee-sign extension`", hint = if *.most_deg > 165.0 { "; where a straight knee is 180 degrees, subtract the angles from 180 first" } else { "" }
+        "{file}: it is unclear whether flexion or extension of the knees is positive ({least_deg:.1} to {most_deg:.1} deg); allowed is `--knee-sign flexion` or `--knee-sign extension`"
     )]
     KneeSign {
         /// The file.
@@ -229,6 +234,65 @@ pub enum ConditionError {
         least_deg: f64,
         /// Largest angle of the knees, degrees.
         most_deg: f64,
+    },
+    /// The knees are interior angles.
+    #[error(
+        "{file}: the knees are at {least_deg:.1} to {most_deg:.1} deg, as the angle between thigh and shank is, of which a straight leg has 180; no sign makes that flexion; allowed are angles of flexion, 0 for a straight leg: subtract the angles from 180 first"
+    )]
+    InteriorKnees {
+        /// The file.
+        file: String,
+        /// Smallest angle of the knees, degrees.
+        least_deg: f64,
+        /// Largest angle of the knees, degrees.
+        most_deg: f64,
+    },
+    /// The joints move faster than a leg can: the times are wrong.
+    #[error(
+        "{file}: {joint} moves at {deg_s:.0} degrees a second for a quarter of the time, and all rows last {duration_s:.4} s: no leg is that fast, of which {most:.0} are allowed; are the times in another unit ({likely}?); allowed are times in seconds under `time_s`, or in milliseconds under `time_ms`",
+        joint = .joint.name(), most = MOST_DEG_S
+    )]
+    TooFast {
+        /// The file.
+        file: String,
+        /// The joint.
+        joint: Joint,
+        /// Its speed, degrees a second.
+        deg_s: f64,
+        /// Duration of the recording, seconds.
+        duration_s: f64,
+        /// What the times probably are.
+        likely: &'static str,
+    },
+    /// The legs of a cycle are in phase.
+    #[error(
+        "{file}: the curves of one cycle have left and right {part} in phase, as where each leg counts from its own contact, or where one leg was exported twice; allowed is `--own-cycles`, which moves the right leg by half of the cycle, or curves of both legs from one contact"
+    )]
+    LegsInPhase {
+        /// The file.
+        file: String,
+        /// The joints that show it.
+        part: &'static str,
+    },
+    /// The right leg is to be moved, and should not be.
+    #[error(
+        "{file}: `--own-cycles` is for curves of one cycle in which each leg counts from its own contact, but {why}; allowed is without it"
+    )]
+    NoOwnCycles {
+        /// The file.
+        file: String,
+        /// Why.
+        why: &'static str,
+    },
+    /// The missing leg cannot be made from the other one.
+    #[error(
+        "{file}: `--mirror`: {why}; allowed is a recording of hip or knee of one leg that repeats, or without `--mirror`"
+    )]
+    NoMirror {
+        /// The file.
+        file: String,
+        /// Why.
+        why: &'static str,
     },
     /// The duration of a stride is given and the time axis is not a cycle.
     #[error(

@@ -125,11 +125,9 @@ pub(crate) fn apply(
     let knees_extend = by_range(PositiveDirection::Extension) && !by_range(PositiveDirection::Flexion);
     for (decision, knee) in decided.into_iter().zip(2..) {
         let Some(decision) = decision else {
-            // A knee that hardly moves.
-            match (&shapes[knee], sources[knee]) {
-                (None, _) => {}
-                (Some(_), SignSource::Computed) => signs[knee] = Some(SignBasis::Known),
-                (Some(_), _) => findings.push((Some(Joint::ALL[knee]), FindingKind::SignNotKnown, Done::Reported)),
+            // A knee that hardly moves, beside another one that does neither or is missing.
+            if shapes[knee].is_some() {
+                findings.push((Some(Joint::ALL[knee]), FindingKind::SignNotKnown, Done::Reported));
             }
             continue;
         };

@@ -73,7 +73,15 @@ mod tests {
         let time_s = (0..rows).map(|n| n as f64 * 0.005).collect();
         let knee = RawJoint::degrees("knee", (0..rows).map(angle).collect());
         let joints = [None, None, Some(knee), None];
-        RawJoints { file: "a".into(), format: String::new(), time_s, received: false, joints, notes: vec![] }
+        RawJoints {
+            file: "a".into(),
+            format: String::new(),
+            time_s,
+            received: false,
+            joints,
+            notes: vec![],
+            doubts: vec![],
+        }
     }
 
     fn knee(t: f64) -> f64 {

@@ -124,6 +124,6 @@ pub(super) fn known(
         (None, SignSource::Computed) if knees_extend => Some((Extension, HipSignReason::Knees)),
         (None, SignSource::Computed) => Some((Flexion, HipSignReason::Computed)),
         (None, SignSource::Converted(basis)) => Some((Flexion, HipSignReason::Converted(basis))),
-        (None, SignSource::Unknown) => None,
+        (None, SignSource::Unknown | SignSource::Model) => None,
     }
 }

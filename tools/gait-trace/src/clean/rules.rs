@@ -8,6 +8,8 @@ pub const FEWEST_ROWS: usize = 16;
 pub const MOST_PERCENT_ROWS: usize = 401;
 /// Highest cut-off of a low-pass, as a fraction of the rate.
 pub const MOST_CUT_OFF: f64 = 0.4;
+/// Largest speed that a joint has for a quarter of the time, degrees a second.
+pub(crate) const MOST_DEG_S: f64 = 2000.0;
 
 /// Zero-lag low-pass of fourth order (Butterworth, forwards and backwards), for joints computed from unfiltered markers.
 ///
@@ -68,6 +70,10 @@ pub struct Rules {
     pub knee_sign: Option<PositiveDirection>,
     /// The sign of the hips in the file; if this is `None`, that of the format, else by the shape of the strides.
     pub hip_sign: Option<PositiveDirection>,
+    /// The leg that the file does not have is the other one, moved by half a stride.
+    pub mirror: bool,
+    /// Each leg of a cycle counts from its own contact: the right one is moved by half of the cycle.
+    pub own_cycles: bool,
     /// Duration of the stride, seconds, of a file whose time runs from 0 to 1 or to 100; it makes a cycle of such a file whatever its ends.
     pub stride_s: Option<f64>,
 }
@@ -90,6 +96,8 @@ impl Default for Rules {
             low_pass: LowPass::Off,
             knee_sign: None,
             hip_sign: None,
+            mirror: false,
+            own_cycles: false,
             stride_s: None,
         }
     }

@@ -66,7 +66,15 @@ mod tests {
         for (index, time) in time_s.iter().enumerate() {
             if index > 0 && *time == time_s[index - 1] { repeated.push(index) } else { rows.push(index) }
         }
-        let raw = RawJoints { file: "a".into(), format: String::new(), time_s, received: false, joints, notes: vec![] };
+        let raw = RawJoints {
+            file: "a".into(),
+            format: String::new(),
+            time_s,
+            received: false,
+            joints,
+            notes: vec![],
+            doubts: vec![],
+        };
         of(&raw, &rows, &repeated)
     }
 

@@ -107,6 +107,14 @@ impl Components {
     }
 }
 
+/// A heading without component and unit, and its axis: the first where it names none.
+pub(crate) fn parts(heading: &str) -> (String, Axis) {
+    match component_of(heading) {
+        Some(Component { base, letter, .. }) => (base, Axis::ALL.get(letter).copied().unwrap_or(Axis::X)),
+        None => (split_unit(heading.trim()).0.to_owned(), Axis::X),
+    }
+}
+
 /// The component that a heading names at its end, behind which a unit may be.
 fn component_of(heading: &str) -> Option<Component> {
     let heading = heading.trim();
@@ -143,7 +151,7 @@ fn split_unit(heading: &str) -> (&str, &str) {
 }
 
 /// Whether a heading says that its column is an angle.
-pub(super) fn says_angle(heading: &str) -> bool {
+pub(crate) fn says_angle(heading: &str) -> bool {
     // A text of any length is no heading.
     let words = if heading.len() <= MAX_HEADING { stated::words(heading) } else { vec![] };
     heading.contains(SIGNS_OF_DEGREES)

@@ -7,7 +7,7 @@ use crate::format::extension_columns;
 use crate::format::joint_names::{joint_of, sideless_of, unit_of};
 use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
-use crate::format::time_names::{is_frame, other_unit_of_time, stamp_of, time_of};
+use crate::format::time_names::{is_frame, is_share, other_unit_of_time, stamp_of, time_of};
 use crate::format::unit::{Said, seconds_of, volts_in, volts_of, without_volts};
 use crate::options::{Axis, ReadOptions};
 use joint_units::Joint;
@@ -312,7 +312,10 @@ fn time_source(
     let index = match &how.time {
         Some(wanted) => Some(mapped(name, line, headings, "time", wanted)?),
         None => {
-            let mut times = (0..headings.len()).filter(is_time);
+            // A time goes before the part of a cycle beside it.
+            let has_time = (0..headings.len()).any(|index| is_time(&index) && !is_share(&headings[index]));
+            let mut times =
+                (0..headings.len()).filter(is_time).filter(|&index| !has_time || !is_share(&headings[index]));
             let time = times.next();
             if let (Some(time), Some(other)) = (time, times.next()) {
                 let (first, second) = (short(&headings[time]), short(&headings[other]));

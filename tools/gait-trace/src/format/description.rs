@@ -20,7 +20,7 @@ pub(crate) struct Description {
     pub(crate) options: &'static [&'static str],
 }
 
-/// How signs are treated in a format that defines those of hips.
-pub(crate) const SIGNS_OF_KNEES: &str = "of hips flexion positive, by definition of the format; of knees the file's, then made flexion positive (see below)";
+/// How signs are treated in a format that defines them.
+pub(crate) const DEFINED: &str = "flexion positive, by definition of the format";
 /// How signs are treated in a format that defines none.
 pub(crate) const SIGNS: &str = "the file's, then made flexion positive (see below)";

@@ -2,12 +2,13 @@
 
 use crate::fault::Fault;
 use crate::format::axis;
-use crate::format::components::{Triple, says_angle};
+use crate::format::components::{self, Triple, says_angle};
 use crate::format::csv_header::Chosen;
 use crate::format::segments::Track;
 use crate::format::text_table::short;
 use crate::format::unit::Said;
 use crate::options::{Axis, ReadOptions};
+use crate::raw::Doubt;
 use joint_units::Joint;
 
 /// Puts each joint of several components on the one that is flexion. `mapped` are the axes of the columns that the map chose.
@@ -19,6 +20,7 @@ pub(crate) fn settle(
     mapped: &[Axis],
     how: &ReadOptions<'_>,
     notes: &mut Vec<String>,
+    doubts: &mut Vec<Doubt>,
 ) -> Result<(), (usize, Fault)> {
     let is_position = |c: &Chosen| c.said == Said::Nothing && !says_angle(&c.heading) && how.axis.is_none();
     let Some((first, columns)) = chosen.iter().find_map(|c| Some((c.index, c.triple.as_ref()?.listed()))) else {
@@ -51,7 +53,10 @@ pub(crate) fn settle(
                     Some((c.joint, c.index, rows.map(|(row, &x)| [x, at(y, row), at(z, row)]).collect()))
                 })
                 .collect();
-            axis::clear(&points, notes).map_err(|why| (first, Fault::UnclearFlexion { columns, why }))?
+            let with_components = || chosen.iter().filter(|c| c.triple.is_some());
+            let is_plug_in_gait = with_components().all(|c| axis::is_plug_in_gait(&components::parts(&c.heading).0));
+            axis::clear(&points, is_plug_in_gait, notes, doubts)
+                .map_err(|why| (first, Fault::UnclearFlexion { columns, why }))?
         }
     };
     for one in chosen.iter_mut().filter(|_| axis != Axis::X) {

@@ -10,7 +10,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::description::{Description, SIGNS_OF_KNEES};
+use crate::format::description::{DEFINED, Description};
 use crate::format::joint_names::{joint_of, sideless_of};
 use crate::format::outputs::{self, Output};
 use crate::format::row_lines::RowLines;
@@ -26,10 +26,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a first line that begins with `#!DST`",
     units: "by the values",
     axes: "blocks `!LeftHipFlexExt`, `!RightKneeFlexExt`, `!LeftHipAngles`, ... (of three components the first), or `!HipFlexExt` without side",
-    signs: SIGNS_OF_KNEES,
+    signs: DEFINED,
     rate: "none: a cycle from 0 to 1 (see below)",
     said: "the cycle, and its stride time in the file; by how much the right leg is moved to the cycle of the left one; deviations, which are not read; the leg, where no side is named; degrees or radians by the values",
-    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// The part of the left cycle at which the right foot makes contact, where the file has none.
@@ -128,7 +128,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let count = joints.iter().flatten().count();
     let format = format!("GCD, one normalised gait cycle of {points} points, {count} joints of {} blocks", heads.len());
     let time_s = (0..points).map(|n| n as f64 / (points - 1) as f64).collect();
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts: vec![] })
 }
 
 /// The line that begins a block of numbers.

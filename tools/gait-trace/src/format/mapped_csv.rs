@@ -19,10 +19,11 @@
 use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::components::Triple;
+use crate::format::axis;
+use crate::format::components::{self, Triple};
 use crate::format::conversion_record::Record;
 use crate::format::csv_header::{Chosen, Header, TimeSource};
-use crate::format::description::{Description, SIGNS};
+use crate::format::description::Description;
 use crate::format::extension_columns;
 use crate::format::flexion_component;
 use crate::format::plain_row::PlainRow;
@@ -34,11 +35,11 @@ use crate::format::text_table::{
     BareLines, Delimiter, MAX_LINE, MAX_ROWS, bare_lines, check_length, check_rows, finite, is_blank, is_comment,
     is_cut, is_separator_line, numbered, short, text,
 };
-use crate::format::time_names::is_time_like;
+use crate::format::time_names::{is_share, is_time_like};
 use crate::format::time_step;
 use crate::format::unit::{scaled, scaled_or_missing};
 use crate::options::ReadOptions;
-use crate::raw::{RawJoints, SignSource};
+use crate::raw::{Doubt, RawJoints, SignSource, UnitSource};
 use crate::series::upper_median;
 use std::borrow::Cow;
 
@@ -47,10 +48,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "CSV of any program, with the project's own, Saleae and PicoScope (`.csv`, `.txt`, `.tsv`)",
     recognised: "text that is none of the other formats; commas, semicolons or tabs, or blanks between rows of numbers without a header",
     units: "a heading's end (`_deg`, `[rad]`, `(mV)`, `PA1`) or a row of units below it; volts need a calibration",
-    axes: "one column a joint; of components (`LKneeAngles_X`, `LKneeAngles_Y`, `LKneeAngles_Z`) the one that clearly moves most at the knees, the same for all joints",
-    signs: SIGNS,
-    rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`, which also replaces times that agree with it",
-    said: "the axis, where angles have components; degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
+    axes: "one column a joint; of the components of Plug-in Gait (`LKneeAngles_X`, `LKneeAngles_Y`, ...) the first; of others (`left_knee_angle_x`, ...) the one that clearly moves most at the knees, with a warning, the same for all joints",
+    signs: "of the first component of `LKneeAngles`, ... flexion positive; else the file's, then made flexion positive (see below)",
+    rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames, or the part of a cycle (`pct`, `gait_cycle_percent`); none with `--rate`, which also replaces times that agree with it",
+    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
     options: &[
         "--map",
         "--where",
@@ -60,6 +61,8 @@ pub(crate) const DESCRIPTION: Description = Description {
         "--rate",
         "--hip-sign",
         "--knee-sign",
+        "--mirror",
+        "--own-cycles",
         "--stride-time",
     ],
 };
@@ -102,6 +105,8 @@ pub(crate) struct Table {
     /// The last line, if it is cut short.
     cut: Option<u64>,
     record: Option<Record>,
+    /// Rows with nothing between their separators: how many, and the line of the first.
+    empty: (usize, u64),
     time_s: Vec<f64>,
     row_lines: RowLines,
     notes: Vec<String>,
@@ -118,6 +123,9 @@ impl Rows for Table {
         let preamble = preamble::find(name, text, how)?;
         if let Preamble::UpTo(header) = preamble {
             notes.push(format!("Line {header} is read as the header; the lines above it are left out."));
+            if how.unit.is_none() && how.calibration.is_none() {
+                preamble::check_titles(name, text, header)?;
+            }
         }
         let first = loop {
             let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))?;
@@ -201,6 +209,7 @@ impl Rows for Table {
             misses: 0,
             cut: None,
             record: Record::of_bytes(text.as_bytes()),
+            empty: (0, 0),
             time_s: Vec::new(),
             row_lines: RowLines::default(),
             notes,
@@ -258,10 +267,15 @@ impl Rows for Table {
                 return Ok(());
             }
         }
-        let Self { name, header, delimiter, marks, time_s, row_lines, .. } = self;
+        let Self { name, header, delimiter, marks, empty, time_s, row_lines, .. } = self;
         let comma = *delimiter != Delimiter::Char(',');
         let fault = |fault| TraceError::new(name, Some(line), fault);
         delimiter.split(row, fields).map_err(fault)?;
+        // Spreadsheets write rows of separators where cells were emptied. Where rows are counted, one of missing values is a row.
+        if header.time.index().is_some() && fields.iter().all(|field| field.is_empty()) {
+            *empty = (empty.0 + 1, if empty.0 == 0 { line } else { empty.1 });
+            return Ok(());
+        }
         if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, fields)? {
             return Ok(());
         }
@@ -305,7 +319,18 @@ impl Rows for Table {
 
     fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self {
-            name, mut header, header_line, delimiter, marks, cut, record, mut time_s, row_lines, mut notes, ..
+            name,
+            mut header,
+            header_line,
+            delimiter,
+            marks,
+            cut,
+            record,
+            empty,
+            mut time_s,
+            row_lines,
+            mut notes,
+            ..
         } = self;
         let name = name.as_str();
         marks.check(name, header_line, &time_s, &mut notes)?;
@@ -318,6 +343,11 @@ impl Rows for Table {
         } else if !ended {
             notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
         }
+        if let (rows @ 1.., line) = empty {
+            notes.push(format!(
+                "{rows} rows have nothing between their separators, the first in line {line}: they are left out."
+            ));
+        }
         if let TimeSource::Column { index, power } = header.time {
             let heading = &header.headings[index];
             check_seconds(name, header_line, (index, heading), power.is_some(), how, &time_s, &mut notes)?;
@@ -326,20 +356,33 @@ impl Rows for Table {
                     .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
             }
         }
-        flexion_component::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes).map_err(
+        let mut doubts = Vec::new();
+        flexion_component::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes, &mut doubts).map_err(
             |(index, fault)| TraceError::new(name, Some(header_line), fault).in_column(index, &header.headings[index]),
         )?;
         header.settle_side(marks.is_left(), &mut notes);
         let place = Place { file: name, header: Some(header_line), lines: &row_lines };
         let column = |Chosen { joint, index, heading, said, values, .. }| {
-            let sign = record.as_ref().map_or(SignSource::Unknown, |record| record.sign_of(&header.headings[index]));
+            let by_name = || plug_in_gait_sign(&heading);
+            let sign = record.as_ref().map_or_else(by_name, |record| record.sign_of(&header.headings[index]));
             AngleColumn { joint, heading, index, said, sign, values }
         };
         let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
+        let unsaid = joints.iter().flatten().find_map(|joint| match joint.unit {
+            UnitSource::Inferred(unit) if !components::says_angle(&joint.column) => Some(Doubt::Unit(unit)),
+            _ => None,
+        });
+        doubts.extend(unsaid);
         let count = joints.iter().flatten().count();
         let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());
-        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts })
     }
+}
+
+/// What a heading says of the sign, if it is a name of Plug-in Gait: `LKneeAngles`, `LKneeAngles_X (deg)`.
+fn plug_in_gait_sign(heading: &str) -> SignSource {
+    let (base, axis) = components::parts(heading);
+    if axis::is_plug_in_gait(&base) { axis::sign_of_plug_in_gait(&base, axis) } else { SignSource::Unknown }
 }
 
 /// A field that is no number in a column of times may be a time of day.
@@ -377,12 +420,9 @@ fn check_seconds(
         }
         return Ok(());
     }
-    let plain = heading.to_lowercase();
     // A header of MATLAB is a comment: `% TimeStamp`.
-    let is_of_matlab = plain.trim_start().strip_prefix('%').is_some_and(|rest| {
-        is_time_like(rest) && !["cycle", "gait", "stride", "percent"].iter().any(|word| rest.contains(word))
-    });
-    let is_share = plain.contains('%') && !is_of_matlab || plain.contains("percent");
+    let is_of_matlab = heading.trim_start().strip_prefix('%').is_some_and(|rest| is_time_like(rest) && !is_share(rest));
+    let is_share = is_share(heading) || heading.contains('%') && !is_of_matlab;
     let is_cycle = first.abs() < 1e-3 && (last - 1.0).abs() < 1e-3;
     if is_share && !is_cycle {
         let fault = Fault::HeaderField {

@@ -41,6 +41,7 @@ pub(crate) mod subjects;
 pub(crate) mod text_table;
 pub(crate) mod time_names;
 pub(crate) mod time_step;
+pub(crate) mod title;
 pub mod trc;
 pub(crate) mod turns;
 pub(crate) mod unit;

@@ -29,21 +29,39 @@ without a unit is read as volts if a calibration is given, else as angles: look 
 ";
 
 const TAIL: &str = "
+## Angles, and other quantities
+
+Forces, speeds, activations and errors are written in columns that are named after joints too. A table holds angles if something says so: the format,
+a heading with a unit of angles, or what the row of OpenSim above lists. A title line that names another quantity is refused, in an OpenSim file
+(`PositionErrors`, `Static Optimization`) and above the header of a CSV file (`Joint moments`); where a title says nothing, `--unit degrees` or `--unit radians`
+says that the columns are angles. Where only the unit in degrees speaks for angles they are read, with a warning.
+
+## Warnings and guesses
+
+What a file does not say and the program guesses is a warning, and `--strict` refuses a recording with a warning: angles by their unit alone, a component of the
+angles by its movement, a sign that the shape of the strides changed, a sign of knees by the shape. The message names the option that confirms it.
+
 ## Signs
 
-Results are flexion positive. Where the angle of a hip is computed from positions, or the format defines flexion as positive, its sign is known
-and is not changed. Other hips are judged by the shape of their strides and by the lead of the knee: where both show extension as positive the sign is
+Results are flexion positive. Where the format defines flexion as positive, or the angle is computed from positions, the sign is known, and no movement
+changes it: a stiff, a locked or an overextended knee may have any shape. Plug-in Gait defines it for the first component of `LHipAngles`, `RHipAngles`,
+`LKneeAngles` and `RKneeAngles`, GCD and MVNX for hips and knees, OpenSim for `hip_flexion`, by its name. A sign that is known and makes a joint impossible is an
+error that names the option.
+
+Other hips are judged by the shape of their strides and by the lead of the knee: where both show extension as positive the sign is
 changed, with a warning, because it is a guess. Where they show nothing, as in less than a stride, it is assumed that flexion is positive, with a warning
 too. `--hip-sign flexion` or `--hip-sign extension` names the sign of both hips, goes before all of this, and ends the warning. A person who walks backwards moves nearly as in a recording of walking that is played backwards, and
 neither the shape nor the lead of the knee is then that of walking: give the option for such a file, where its sign is not known. A finding says where
 the shape contradicts a sign that is known or named. Visual3D defines no sign: it is that of the model, and an angle may be negated there. Where
 positions are such that the knees bend to the other side, the hips are changed with them: left and right may be exchanged in the file.
 
-The sign of the knees is one decision for both that move: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond
-+25 that stays above -15 counts flexion as positive, and so do means beyond 25 degrees. Where the angles of neither knee decide, the shape of the
-strides does, with a warning if that changes the sign; where it is unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
-with their own. A sign that was changed is reported for each joint, with its angles and the reason. A joint that moves by less than 5 degrees shows no sign:
-that of its file is assumed, with a warning, unless it is known or named; so a stiff knee beside one whose sign is changed keeps its own.
+The sign of other knees is one decision for both: a knee that is beyond -40 degrees and stays below +15 counts extension as positive, one beyond
++40 that stays above -15 counts flexion as positive, and so do means beyond 25 degrees. A knee with recurvatum, at -27 to 14 degrees, shows no sign, and follows the other one; so does a
+knee that hardly moves. Where the angles of neither knee decide, the shape of the
+strides does, which is a guess; where it is unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. In CSV, MCAP and Visual3D files two knees that each show a sign, and different ones, are each read
+with their own, as two goniometers have; the knees of an OpenSim model, of a C3D file or of markers have one sign, with which both are possible, or are refused. An OpenSim file does not name its model:
+gait2354, gait2392 and the models made from them count a bent knee as negative, Rajagopal's, Lai's and OpenCap's as positive; the knees show which. A sign that was changed is reported for each joint, with its angles and the reason. A hip that moves by less than 5 degrees shows no sign:
+that of its file is assumed, with a warning, unless it is known or named; so are two knees of which neither moves. Knees with a mean beyond 120 degrees are the angle between thigh and shank, of which a straight leg has 180: they are refused.
 
 A column whose name counts extension as positive (`left_hip_extension_deg`) is read only where a map names it; the message has the map and the options of
 the signs.
@@ -70,13 +88,28 @@ A time that runs from 0 to 1, or from 0 to 100 with 401 rows or fewer, is the fr
 within 3 degrees or a tenth of their range, and do not repeat in halves, thirds or quarters of it: then it is a time of several strides. It is reported, and `--stride-time S` gives the real duration. If the ends differ by more, the
 time is read as seconds, which is reported too; `--stride-time S` then makes one stride of it.
 
+Curves whose left and right hips are in phase, or knees where there are no hips, each count from the contact of their own foot, as reports print them. They are refused, unless `--own-cycles` says so:
+then the right leg is moved by half of the cycle, which is reported.
+
+A recording in seconds of exactly one cycle is read too, wherever it begins, if its ends meet and its legs are half of it apart.
+
+## One leg
+
+A file with hip and knee of one leg is refused for a fit, which needs both. With `--mirror` the other leg is made from the one that is there, half a stride later; this is reported for each joint.
+
+## Turns
+
+The period of a stride is judged by both legs: after half of a stride each leg is like the other one, so that two different strides of a turn are not taken for one. Where
+a recording has two or three strides and two of them differ by more than 5 degrees (root mean square), as in a turn, a warning says where; of four strides and more, those that differ are left out.
+
 A GCD file has a cycle of each leg, each from the contact of its own foot. The right leg is moved to the cycle of the left one, by
 `LeftOppositeFootContact` percent, from 20 to 80, in whole points, so that no angle is made up; without that value it is moved by half a cycle. Both are reported.
 
 ## Components
 
-A CSV file may have several columns of a joint: `LKneeAngles_X`, `LKneeAngles_Y`, `LKneeAngles_Z (deg)`. The component that clearly moves most at the
-knees is read for all joints, which is reported; where none does, `--axis x|y|z` or a map of every joint is required. Components whose headings have no
+A CSV file may have several columns of a joint: `left_knee_angle_x`, `left_knee_angle_y`, `left_knee_angle_z (deg)`. The component that clearly moves most at the
+knees is read for all joints, with a warning; where none does, `--axis x|y|z` or a map of every joint is required. Columns with the names of Plug-in Gait (`LKneeAngles_X`) have
+flexion in X, as it defines, also where a stiff knee rotates more than it bends; where another component moves by 40 degrees and more, and 2.5 times as far as X, they are of another model, and `--axis` is required. Components whose headings have no
 word or unit of an angle are positions of markers, and those with a fourth one, `w`, are quaternions: both are errors.
 
 ## Several subjects, recordings or ranges
@@ -111,7 +144,20 @@ bend by less than 30, or hips that move by less than 12, the unit is asked for: 
 `--rate HZ` counts frames, or rows without a time. It also replaces times that are rounded too coarsely, if they agree with it over the whole file,
 within the step to which they are rounded and within half a row; else it is an error with the difference. Messages of joints without stamps have the
 times at which they were received. If the rows then fit equal steps they are put there, with a warning where the delays are long; a lost message is a
-gap. Times with median steps of 0.5 s or more are no seconds of a gait, and an error that names the likely unit.
+gap. Times with median steps of 0.5 s or more are no seconds of a gait, and an error that names the likely unit; so are times with which a joint would move at more than 2000
+degrees a second for a quarter of the time, as seconds under a heading of milliseconds do.
+
+The part of a cycle has a heading such as `pct`, `gait_cycle_percent`, `% gait cycle` or `cycle_fraction`. A time beside it goes before it.
+
+## Missing values
+
+Empty fields, `nan`, `NA`, errors of spreadsheets (`#N/A`, `#DIV/0!`) and what C libraries write (`-1.#IND`, `-nan(ind)`) are missing values. Rows with nothing between their separators are left out, with a note. Joint
+centres and joint angles of motion capture that have no value in any frame are left out too, with a note, and markers are used instead.
+
+## The vertical of positions
+
+Up is the axis of the laboratory along which the hips are above the ankles. In the mean over a walk the legs lean by few degrees from the vertical; where they lean by more than 8, or 14 in a turn, a warning says so: the axis may be
+tilted, which displaces the hips by as much.
 
 ## Recognised, not read
 

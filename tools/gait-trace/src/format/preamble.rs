@@ -7,6 +7,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::joint_names::{joint_of, sideless_of};
 use crate::format::text_table::{Delimiter, column_called, finite, is_separator_line, lines};
 use crate::format::time_names::{is_frame, stamp_of, time_of};
+use crate::format::title;
 use crate::format::unit::without_volts;
 use crate::options::ReadOptions;
 use std::borrow::Cow;
@@ -64,6 +65,20 @@ pub(crate) fn find(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Prea
         }
         [one, other, ..] => Err(TraceError::new(name, Some(*one), Fault::SeveralHeaders { other: *other })),
     }
+}
+
+/// An error if a line above the header names another quantity than joint angles.
+///
+/// # Errors
+/// The first such line.
+pub(crate) fn check_titles(name: &str, text: &str, header: u64) -> Result<(), TraceError> {
+    for (line, row) in lines(name, text).map_while(Result::ok).take_while(|(line, _)| *line < header) {
+        let fields = Delimiter::of_header(row).fields(row).unwrap_or_default();
+        if let Some(what) = title::other_in_line(&fields) {
+            return Err(TraceError::new(name, Some(line), Fault::TitleOfOther { what }));
+        }
+    }
+    Ok(())
 }
 
 /// Whether a row is of numbers, of which some may be missing.

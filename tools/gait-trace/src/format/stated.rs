@@ -57,6 +57,17 @@ const REMARKS: [&str; 10] = ["raw", "filtered", "filt", "smooth", "mean", "senso
 /// Words of an angle, beside which `current` is the present one.
 const ANGLES: [&str; 8] = ["angle", "angles", "flexion", "position", "pos", "deg", "rad", "degrees"];
 
+/// Whether a word in lower case names another quantity than an angle.
+pub(super) fn is_quantity(word: &str) -> bool {
+    QUANTITIES.contains(&word)
+}
+
+/// Whether a text is a unit of another quantity than an angle: `Nm/kg`, `deg/s`.
+pub(super) fn is_other_unit(text: &str) -> bool {
+    let plain = text.trim().to_lowercase().replace([' ', '*', '(', ')', '[', ']'], "");
+    UNITS.contains(&plain.as_str()) || RATES.contains(&plain.as_str()) || plain.contains(['/', '^', '²'])
+}
+
 /// An error if a column that the map gives a joint states that it is no angle. What is in brackets and unknown is a unit that is not
 /// known, unless the caller names one.
 pub(crate) fn check(heading: &str, how: &ReadOptions<'_>) -> Result<(), Fault> {
@@ -151,7 +162,7 @@ fn bracketed(heading: &str) -> Option<&str> {
 }
 
 /// The words of a heading in lower case: split at blanks and signs, and where a capital follows a small letter.
-pub(super) fn words(heading: &str) -> Vec<String> {
+pub(crate) fn words(heading: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before_small = false;
     for c in heading.chars() {

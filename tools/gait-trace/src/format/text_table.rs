@@ -370,11 +370,29 @@ fn quoted_fields(row: &str, delimiter: char) -> Result<Vec<Cow<'_, str>>, Fault>
 }
 
 /// What programs write where they have no number, in lower case; PicoScope writes the last two beyond its input range.
-const MISSING: [&str; 9] = ["nan", "-nan", "na", "n/a", "#n/a", "null", "nodata", "∞", "-∞"];
+const MISSING: [&str; 11] = ["nan", "na", "n/a", "null", "none", "nil", "nodata", "missing", "--", "∞", "-∞"];
 
-/// Whether a field is a missing value: empty, or one of the words of [`MISSING`].
+/// Whether a field is a missing value: empty, one of the words of [`MISSING`], an error of a spreadsheet (`#N/A`, `#DIV/0!`), or no number as C
+/// libraries write it (`-nan(ind)`, `-1.#IND`, `1.#QNAN0`).
 pub(crate) fn is_missing(field: &str) -> bool {
-    field.is_empty() || MISSING.iter().any(|word| field.eq_ignore_ascii_case(word))
+    field.is_empty()
+        || MISSING.iter().any(|word| field.eq_ignore_ascii_case(word))
+        || (field.starts_with(['#', '-', '+', '1', 'n', 'N']) && is_missing_of_a_program(&field.to_ascii_lowercase()))
+}
+
+/// The last two kinds, in lower case.
+#[cold]
+fn is_missing_of_a_program(field: &str) -> bool {
+    const SPREADSHEET: [&str; 7] = ["#n/a", "#div/0!", "#value!", "#num!", "#ref!", "#null!", "#name?"];
+    let unsigned = field.strip_prefix(['-', '+']).unwrap_or(field);
+    let nan =
+        unsigned.strip_prefix("nan").map(|rest| rest.is_empty() || (rest.starts_with('(') && rest.ends_with(')')));
+    let of_msvc = unsigned.strip_prefix("1.#").map(|rest| {
+        ["ind", "qnan", "snan", "nan"]
+            .iter()
+            .any(|word| rest.strip_prefix(word).is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit())))
+    });
+    SPREADSHEET.contains(&field) || nan.or(of_msvc).unwrap_or(false)
 }
 
 /// A number, or NaN for a missing value. A decimal comma is accepted if `comma` is set.
@@ -398,6 +416,9 @@ pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
     match parsed {
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => Err(Fault::NotFinite { text: short(field) }),
+        Err(_) if field.trim_start_matches(['-', '+']).to_ascii_lowercase().starts_with("1.#inf") => {
+            Err(Fault::NotFinite { text: short(field) })
+        }
         // One comma and no point: `1,234.5` has thousands.
         Err(_) if field.matches(',').count() == 1 && field.replacen(',', ".", 1).parse::<f64>().is_ok() => {
             Err(Fault::DecimalComma { text: short(field) })
@@ -477,7 +498,25 @@ mod tests {
     #[test]
     fn missing_numbers_differ_from_wrong_ones() {
         assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
-        assert!(["NA", "#N/A", "null", "∞"].iter().all(|word| number_or_missing(word, false).unwrap().is_nan()));
+        let words = [
+            "NA",
+            "#N/A",
+            "null",
+            "∞",
+            "-NaN",
+            "-nan(ind)",
+            "NaN(snan)",
+            "-1.#IND",
+            "1.#QNAN",
+            "-1.#IND00",
+            "1.#SNAN0",
+            "#DIV/0!",
+        ];
+        assert!(words.iter().all(|word| number_or_missing(word, false).unwrap().is_nan()));
+        for word in ["1.#", "1.#INDX", "nano", "nan(", "#", "-", "-1.#"] {
+            assert!(matches!(number_or_missing(word, false), Err(Fault::NotANumber { .. })), "{word}");
+        }
+        assert!(matches!(number_or_missing("-1.#INF00", false), Err(Fault::NotFinite { .. })));
         assert_eq!(number_or_missing("-1,5", true).unwrap(), -1.5);
         assert_eq!(number_or_missing("\u{2212}1.5", false).unwrap(), -1.5);
         assert!(matches!(number_or_missing("-1,5", false), Err(Fault::DecimalComma { .. })));

@@ -1,22 +1,47 @@
 //! Recognises a column of times or of frames by its name.
 
+use crate::format::stated::words;
 use crate::format::unit::seconds_of;
 use crate::format::words::TIMES;
+
+/// Longest name that is examined for the part of a cycle, bytes.
+const MAX_NAME: usize = 64;
 
 /// The power of ten of the time's unit if a column's name denotes a time (`time_ms`: -3); `Some(None)` for a time without unit.
 #[must_use]
 pub(crate) fn time_of(name: &str) -> Option<Option<i32>> {
-    let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
-    const CYCLE: [&str; 6] = ["percent", "cycle", "gaitcycle", "percentgaitcycle", "percentcycle", "cyclepercent"];
-    if CYCLE.contains(&plain.as_str()) {
+    if is_share(name) {
         return Some(None);
     }
+    let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
     // `in s` is what some oscilloscopes write. A single letter `s` is too short to be a time.
     if let Some(power) = seconds_of(plain.strip_prefix("in").unwrap_or(&plain)).filter(|_| plain.len() > 2) {
         return Some(Some(power));
     }
     let rest = TIMES.iter().find_map(|word| plain.strip_prefix(word))?;
     if rest.is_empty() { Some(None) } else { seconds_of(rest).map(Some) }
+}
+
+/// Whether a column's name denotes the part of a gait cycle: `pct`, `gait_cycle_percent`, `% stride`, `cycle_fraction`, `Gait cycle [%]`.
+#[must_use]
+pub(crate) fn is_share(name: &str) -> bool {
+    const SHARE: [&str; 9] = ["percent", "percentage", "pct", "perc", "prct", "%", "fraction", "prozent", "normalized"];
+    const CYCLE: [&str; 8] = ["cycle", "gaitcycle", "gc", "gangzyklus", "cyclus", "ciclo", "cycles", "normalised"];
+    const BESIDE: [&str; 12] =
+        ["gait", "stride", "of", "the", "time", "phase", "in", "norm", "walking", "running", "t", "x"];
+    // A text of any length is no heading.
+    if name.len() > MAX_NAME {
+        return false;
+    }
+    // `Cycle%` is two words.
+    let words: Vec<String> = words(&name.replace('%', " % "));
+    // A header of MATLAB is a comment: `% time`.
+    if matches!(words.as_slice(), [first, time] if first == "%" && TIMES.contains(&time.as_str())) {
+        return false;
+    }
+    let is = |list: &[&str], word: &String| list.contains(&word.as_str());
+    words.iter().any(|word| is(&SHARE, word) || is(&CYCLE, word))
+        && words.iter().all(|word| is(&SHARE, word) || is(&CYCLE, word) || is(&BESIDE, word))
 }
 
 /// As [`time_of`], for a stamp of a clock or the time since a beginning: `timestamp_us`, `elapsed_ms`.
@@ -81,6 +106,7 @@ mod tests {
             ("Time [µs]", Some(Some(-6))),
             ("time_ns", Some(Some(-9))),
             ("T [s]", Some(Some(0))),
+            ("Times", Some(Some(0))),
             ("sec", Some(Some(0))),
             ("in s", Some(Some(0))),
             ("s", None),
@@ -95,6 +121,30 @@ mod tests {
             ("trunk", None),
         ] {
             assert_eq!(time_of(name), unit, "{name}");
+        }
+        for name in [
+            "pct",
+            "percent",
+            "gait_cycle_percent",
+            "gait_cycle_%",
+            "% gait cycle",
+            "Gait Cycle [%]",
+            "%",
+            "pct_gait_cycle",
+            "GaitCyclePercent",
+            "percent_stride",
+            "stride %",
+            "cycle_fraction",
+            "cycle",
+            "Cycle%",
+            "normalized_time",
+        ] {
+            assert!(is_share(name) && time_of(name) == Some(None), "{name}");
+        }
+        for name in
+            ["stride", "gait", "knee %", "percent_grade", "duty cycle", "% time", "cycle_no", "time", "phase", "x", ""]
+        {
+            assert!(!is_share(name), "{name}");
         }
         for (name, unit) in [
             ("timestamp", Some(None)),

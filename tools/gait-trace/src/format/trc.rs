@@ -2,17 +2,19 @@
 //!
 //! Five lines, separated by tabs: `PathFileType`, names of the header's fields, their values, names of the markers (one above three
 //! columns), names of the components; then rows of frame number, time, and X, Y, Z of each marker. An empty field, or a marker at
-//! exactly 0, 0, 0, is missing. A marker may have the name of its subject in front (`Anna:LKNE`). The angles are computed as those of a C3D file of joint centres or markers.
+//! exactly 0, 0, 0, is missing; so are the last markers of a row whose tabs at the end were trimmed. A marker may have the name of its subject in front (`Anna:LKNE`). The angles are computed as those of a C3D file of joint centres or markers.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{Place, in_degrees};
 use crate::format::description::Description;
 use crate::format::row_lines::RowLines;
 use crate::format::rows::{Row, Rows};
-use crate::format::segments::{self, FoundLegs, Leg, LengthUnit, Track};
+use crate::format::segments::{self, Leg, LengthUnit, Track};
 use crate::format::subjects;
-use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
+use crate::format::text_table::{Delimiter, check_rows, lines, listed, number_or_missing, short, text};
+use crate::format::time_names::time_of;
 use crate::format::time_step;
+use crate::format::unit::scaled;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use crate::series::median;
@@ -25,9 +27,9 @@ pub(crate) const DESCRIPTION: Description = Description {
     units: "`Units` where hips are computed from the pelvis",
     axes: "markers of pelvis or hip, knee and ankle, as in C3D: the plane of vertical and walking direction",
     signs: "flexion positive, as computed (see below)",
-    rate: "the column `Time`, in seconds; `--rate` replaces times that agree with it",
+    rate: "the second column, `Time` or `Times`, in seconds; `--rate` replaces times that agree with it",
     said: "up and forward; hips computed from the pelvis, and markers that stand for joint centres; the unit of length by the width of the pelvis, where the file names none; numbers of frames or markers in the header that differ from the file",
-    options: &["--rate", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--rate", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Whether the text begins like a TRC file.
@@ -67,9 +69,14 @@ pub(crate) struct Table {
     frames: Option<u64>,
     /// The unit of length; empty if the header names none.
     unit: String,
-    legs: FoundLegs,
-    /// The trajectories of the markers that the legs need.
+    /// Power of ten of the unit of the times.
+    time_power: i32,
+    /// The trajectories of the markers that the legs may need.
     tracks: Vec<Option<Track>>,
+    /// Rows that end before their last marker: how many, and the line of the first.
+    short: (usize, u64),
+    /// The last line, if the file was cut off within it.
+    cut: Option<u64>,
     time_s: Vec<f64>,
     row_lines: RowLines,
     notes: Vec<String>,
@@ -98,15 +105,25 @@ impl Rows for Table {
         let fault = |fault| TraceError::new(name, Some(line), fault);
         refuse_options(how).map_err(fault)?;
         let second = names.get(1).map_or("", |name| name);
-        if !second.eq_ignore_ascii_case("time") {
+        let Some(time_power) = time_of(second) else {
             let (field, found) = ("the second column".into(), format!("`{}`", short(second)));
             return Err(fault(Fault::HeaderField { field, found, allowed: "`Time`, behind `Frame#`".into() }));
-        }
-        let markers: Vec<&str> = names.iter().skip(2).map(|name| &**name).filter(|name| !name.is_empty()).collect();
-        let announced = |key: &str| -> Option<u64> {
-            let index = keys.iter().position(|found| found.eq_ignore_ascii_case(key))?;
-            values.get(index)?.parse().ok()
         };
+        let markers: Vec<&str> = names.iter().skip(2).map(|name| &**name).filter(|name| !name.is_empty()).collect();
+        // Some programs put two tabs between values: where there are as many as names, they are in the same order.
+        let filled = |fields: &[Cow<'_, str>]| -> Vec<String> {
+            fields.iter().filter(|field| !field.is_empty()).map(ToString::to_string).collect()
+        };
+        let (filled_keys, filled_values) = (filled(&keys), filled(&values));
+        let value_of = |key: &str| -> Option<String> {
+            let is = |found: &str| found.eq_ignore_ascii_case(key);
+            if filled_keys.len() == filled_values.len() {
+                filled_values.get(filled_keys.iter().position(|found| is(found))?).cloned()
+            } else {
+                values.get(keys.iter().position(|found| is(found))?).map(ToString::to_string)
+            }
+        };
+        let announced = |key: &str| -> Option<u64> { value_of(key)?.parse().ok() };
         differs(announced("NumMarkers"), markers.len(), "NumMarkers", "markers", &mut notes);
 
         let bare: Vec<&str> = markers.iter().map(|label| subjects::bare(label)).collect();
@@ -118,19 +135,19 @@ impl Rows for Table {
         if with_legs.len() > 1 {
             return Err(fault(Fault::SeveralSubjects { have: listed(&with_legs) }));
         }
-        notes.extend(segments::one_leg(&legs, &bare));
         let mut tracks: Vec<Option<Track>> = vec![None; markers.len()];
-        legs.iter().flatten().flat_map(Leg::points).for_each(|point| tracks[point] = Some(Track::new()));
-        let unit_at = keys.iter().position(|found| found.eq_ignore_ascii_case("Units"));
+        segments::candidates(&bare).into_iter().for_each(|point| tracks[point] = Some(Track::new()));
         Ok(Self {
             name: name.to_owned(),
             names_line: line,
             end,
             frames: announced("NumFrames"),
-            unit: unit_at.and_then(|index| values.get(index)).map_or_else(String::new, ToString::to_string),
+            unit: value_of("Units").unwrap_or_default(),
             markers: markers.into_iter().map(str::to_owned).collect(),
-            legs,
+            time_power: time_power.unwrap_or(0),
             tracks,
+            short: (0, 0),
+            cut: None,
             time_s: Vec::new(),
             row_lines: RowLines::default(),
             notes,
@@ -146,16 +163,28 @@ impl Rows for Table {
     }
 
     fn push<'t>(&mut self, row: Row<'t>, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
-        let Row { line, text: row, .. } = row;
+        let Row { line, text: row, is_open } = row;
         let fault = |fault| TraceError::new(&self.name, Some(line), fault);
         Delimiter::Char('\t').split(row, fields).map_err(fault)?;
         let wanted = 2 + 3 * self.markers.len();
-        let trailing = fields.len() == wanted + 1 && fields[wanted].is_empty();
-        if fields.len() != wanted && !trailing {
+        while fields.len() > wanted && fields.last().is_some_and(|field| field.is_empty()) {
+            fields.pop();
+        }
+        if fields.len() < wanted && is_open {
+            self.cut = Some(line);
+            return Ok(());
+        }
+        // Behind a whole marker a row may end: the tabs of missing ones at the end were trimmed.
+        let is_short = (2..wanted).contains(&fields.len()) && (fields.len() - 2).is_multiple_of(3);
+        if fields.len() != wanted && !is_short {
             return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
         }
+        if is_short {
+            self.short = (self.short.0 + 1, if self.short.0 == 0 { line } else { self.short.1 });
+            fields.resize(wanted, Cow::Borrowed(""));
+        }
         check_rows(self.row_lines.len()).map_err(fault)?;
-        self.time_s.push(finite(&fields[1], false).map_err(|f| fault(f).in_column(1, "Time"))?);
+        self.time_s.push(scaled(&fields[1], false, self.time_power).map_err(|f| fault(f).in_column(1, "Time"))?);
         self.row_lines.push(line);
         for (point, track) in self.tracks.iter_mut().enumerate() {
             if let Some(track) = track {
@@ -167,9 +196,28 @@ impl Rows for Table {
 
     fn finish(self, _ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
         let Self {
-            name, names_line, markers, frames, unit, legs, mut tracks, mut time_s, row_lines, mut notes, ..
+            name,
+            names_line,
+            markers,
+            frames,
+            unit,
+            mut tracks,
+            short,
+            cut,
+            mut time_s,
+            row_lines,
+            mut notes,
+            ..
         } = self;
         let name = name.as_str();
+        if let Some(line) = cut {
+            notes.push(format!("The last row is cut short (line {line}): it is left out."));
+        }
+        if let (rows @ 1.., line) = short {
+            notes.push(format!(
+                "{rows} rows end before their last marker, the first in line {line}: those markers are missing there."
+            ));
+        }
         if time_s.len() < 2 {
             let last = row_lines.last().unwrap_or(names_line);
             return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
@@ -182,6 +230,13 @@ impl Rows for Table {
         let step_s = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
         let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 1.0 };
         let unit = LengthUnit { field: "Units", text: &unit };
+        let mut bare: Vec<&str> = markers.iter().map(|label| subjects::bare(label)).collect();
+        let is_empty = |point: usize| !tracks[point].iter().flatten().any(segments::is_seen);
+        let legs = segments::find_seen(&mut bare, is_empty, &mut notes);
+        if legs.iter().all(Option::is_none) {
+            return Err(fault(Fault::NoTrajectories { have: listed(&markers) }));
+        }
+        notes.extend(segments::one_leg(&legs, &bare));
         let mut uses = vec![0_usize; markers.len()];
         legs.iter().flatten().flat_map(Leg::points).for_each(|point| uses[point] += 1);
         // Not copied where it is used for the last time.
@@ -191,11 +246,12 @@ impl Rows for Table {
             track.unwrap_or_default()
         };
         let legs = segments::tracks(legs, track, unit, &mut notes).map_err(fault)?;
-        let columns = segments::angles(&legs, rate_hz, None, &mut notes).map_err(fault)?;
+        let mut doubts = Vec::new();
+        let columns = segments::angles(&legs, rate_hz, None, &mut notes, &mut doubts).map_err(fault)?;
         let place = Place { file: name, header: Some(names_line), lines: &row_lines };
         let joints = in_degrees(&place, columns, how, &mut notes)?;
         let format = format!("TRC, {} markers", markers.len());
-        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts })
     }
 }
 

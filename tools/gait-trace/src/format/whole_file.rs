@@ -5,6 +5,7 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
+use std::hash::{Hash, Hasher};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -158,11 +159,22 @@ fn fill(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> i
     out.into_inner().map_err(io::IntoInnerError::into_error)
 }
 
+/// Bytes of a name that the file in the making has too, before its ending.
+const MOST_NAME: usize = 200;
+
 /// A new file in the same folder, so that the rename stays on one file system.
 fn part_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     let name = path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not the name of a file"))?;
     let mut part_name = OsString::from(".");
-    part_name.push(name);
+    match name.len() {
+        ..=MOST_NAME => part_name.push(name),
+        // With an ending it would be longer than a name may be; two long names may begin alike.
+        _ => {
+            let mut hasher = std::hash::DefaultHasher::new();
+            name.hash(&mut hasher);
+            part_name.push(format!("{:016x}", hasher.finish()));
+        }
+    }
     part_name.push(format!(".{}.part", std::process::id()));
     let part = path.with_file_name(part_name);
     let file = OpenOptions::new().write(true).create(true).truncate(true).open(&part)?;
@@ -192,6 +204,18 @@ mod tests {
         fs::remove_file(&file).unwrap();
         let error = write(&link, |out| out.write_all(b"new")).unwrap_err().to_string();
         assert!(error.contains("a link to no file") && !file.exists(), "{error}");
+    }
+
+    /// File systems allow names of 255 bytes.
+    #[test]
+    fn the_longest_name_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["n".repeat(255), "é".repeat(127)] {
+            let path = folder.path().join(&name);
+            write(&path, |out| out.write_all(b"whole")).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
     #[test]

@@ -76,7 +76,7 @@ const WINDOW: i64 = 12;
 /// let time_s: Vec<f64> = (0..800).map(|n| f64::from(n) * 0.01).collect();
 /// let angle_deg = time_s.iter().map(|&t| knee(t)).collect();
 /// let joints = [None, None, Some(RawJoint::degrees("knee", angle_deg)), None];
-/// let raw = RawJoints { file: "knee.csv".into(), format: String::new(), time_s, received: false, joints, notes: vec![] };
+/// let raw = RawJoints { file: "knee.csv".into(), format: String::new(), time_s, received: false, joints, notes: vec![], doubts: vec![] };
 /// let walk = cut::cut(&condition(&raw, &Rules::default())?)?;
 /// assert_eq!(walk.spans.len(), 4);
 /// assert_eq!(walk.left_out[0].to_string(), "0.00 s to 1.86 s left out: standing");

@@ -8,11 +8,16 @@
 //! maximum within [`SLACK`] of the highest one (a shift of two strides fits as well as one, so the highest alone is not enough). Left
 //! and right legs are half a stride apart, so half a stride is not a maximum with channels of both, nor with one knee.
 //!
+//! Strides of a turn differ from each other, and in a recording of two or three the overlap after two strides is so short that they fit better than one.
+//! So what is found is judged by half of it (`is_two_strides`): after half of one stride each leg is like the other one, after half of two it is like
+//! itself. With one leg only, two strides count only where the recording has both twice.
+//!
 //! Units: seconds. Search range: [`SHORTEST_S`] to [`USUAL_S`], as long as [`OVERLAP_S`] of the recording overlap. [`find_slow`] goes on to
 //! [`LONGEST_S`] and asks for two strides: over a short overlap a long shift is soon alike by chance.
 
-use crate::recording::Recording;
-use crate::series::varying;
+use crate::recording::{Channel, Recording};
+use crate::series::{variance, varying};
+use joint_units::Joint;
 
 /// Shortest stride, seconds: sprinters take 0.45 s.
 pub const SHORTEST_S: f64 = 0.4;
@@ -30,6 +35,11 @@ pub const LEAST_LIKENESS: f64 = 0.7;
 pub(crate) const SURE_LIKENESS: f64 = 0.9;
 /// Largest deficit of a shorter shift against the highest likeness.
 pub const SLACK: f64 = 0.1;
+
+/// How near to half of a shift one stride is, as a fraction of that half: the two strides of a turn may differ by more than a tenth.
+const NEAR_HALF: f64 = 0.15;
+/// How much more a leg is like itself than like the other one after half of two strides, of 1 for perfect likeness. The same for legs that move together.
+const OTHER_LEG: f64 = 0.3;
 
 /// What the search for slow strides examines beyond the ends of their range, seconds.
 const EDGE_S: f64 = 0.05;
@@ -106,12 +116,43 @@ fn find_in(recording: &Recording, from_s: f64, to_s: f64, overlap_s: impl Fn(f64
     let r: Vec<f64> = (first..=last).map(|shift| likeness(&channels, shift)).collect();
     let peaks: Vec<usize> = (1..r.len() - 1).filter(|&i| r[i] > r[i - 1] && r[i] >= r[i + 1]).collect();
     let best = peaks.iter().map(|&i| r[i]).fold(f64::NEG_INFINITY, f64::max);
-    let peak = peaks.into_iter().find(|&i| r[i] >= LEAST_LIKENESS.max(best - SLACK))?;
+    let mut peak = peaks.iter().copied().find(|&i| r[i] >= LEAST_LIKENESS.max(best - SLACK))?;
+    let half = 0.5 * (first + peak) as f64;
+    let near_half = peaks.iter().copied().filter(|&i| ((first + i) as f64 - half).abs() <= NEAR_HALF * half);
+    if let Some(one) = near_half.max_by(|&a, &b| r[a].total_cmp(&r[b])) {
+        let is_two = is_two_strides(even.channels(), first + peak)
+            .unwrap_or_else(|| r[one] >= LEAST_LIKENESS && samples < 2 * (first + peak));
+        if is_two {
+            peak = one;
+        }
+    }
 
     let (before, here, after) = (r[peak - 1], r[peak], r[peak + 1]);
     let curvature = before - 2.0 * here + after;
     let fraction = if curvature < 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
     Some(Stride { period_s: ((first + peak) as f64 + fraction) / RATE_HZ, likeness: here })
+}
+
+/// Whether a shift is of two strides, by both legs: after half of it each is more like itself than like the other one. `None` without two legs.
+fn is_two_strides(channels: &[Channel], shift: usize) -> Option<bool> {
+    let of = |joint: Joint| channels.iter().find(|channel| channel.name() == joint.name()).map(Channel::values);
+    let half = shift.div_ceil(2);
+    // Mean square difference of two series half a shift apart, without their means.
+    let apart = |a: &[f64], b: &[f64]| {
+        let off: Vec<f64> = a[half..].iter().zip(b).map(|(late, early)| late - early).collect();
+        variance(&off)
+    };
+    let (mut own, mut other, mut pairs) = (0.0, 0.0, 0);
+    for [left, right] in [[Joint::LeftHip, Joint::RightHip], [Joint::LeftKnee, Joint::RightKnee]] {
+        let (Some(left), Some(right)) = (of(left), of(right)) else { continue };
+        let both = variance(left) + variance(right);
+        if both > 0.0 {
+            own += (apart(left, left) + apart(right, right)) / (2.0 * both);
+            other += (apart(left, right) + apart(right, left)) / (2.0 * both);
+            pairs += 1;
+        }
+    }
+    (pairs > 0).then(|| other - own > OTHER_LEG * f64::from(pairs))
 }
 
 #[cfg(test)]
@@ -132,6 +173,28 @@ mod tests {
         Recording::build(times, vec![Channel::new("knee", Quantity::Angle, values)]).unwrap()
     }
 
+    /// A walk whose strides differ as in a turn: legs of both hips and knees, or the left knee alone. Strides grow and shrink in turn.
+    fn turn(period: f64, strides: f64, start: f64, differ: f64, is_alone: bool) -> Recording {
+        let hip = |cycles: f64| 15.0 + 20.0 * (TAU * cycles).cos() + 4.0 * (2.0 * TAU * cycles + 1.0).cos();
+        let times: Vec<f64> = (0..(period * strides * 100.0) as usize).map(|n| n as f64 / 100.0).collect();
+        let of = |name: &str, x: &dyn Fn(f64) -> f64, side: f64| {
+            let value = |t: &f64| {
+                let cycles = t / period + start + side;
+                let size = 1.0 + differ * (0.5 * TAU * cycles).cos();
+                size * x(cycles)
+            };
+            Channel::new(name, Quantity::Angle, times.iter().map(value).collect())
+        };
+        let left_knee = of("left_knee", &knee, 0.0);
+        let channels = match is_alone {
+            true => vec![left_knee],
+            false => {
+                vec![of("left_hip", &hip, 0.0), of("right_hip", &hip, 0.5), left_knee, of("right_knee", &knee, 0.5)]
+            }
+        };
+        Recording::build(times, channels).unwrap()
+    }
+
     #[test]
     fn a_recording_without_repetition_has_no_period() {
         assert_eq!(find(&record(10.0, 100.0, |_| 12.0)), None, "standing");
@@ -141,6 +204,31 @@ mod tests {
     }
 
     proptest! {
+        /// Of two to three strides, of which every other one is larger.
+        #[test]
+        fn the_period_of_a_turn_is_one_stride(
+            period in 0.8_f64..1.3, strides in 2.05_f64..2.9, start in 0.0_f64..2.0, differ in 0.0_f64..0.3, is_alone: bool,
+        ) {
+            let differ = if is_alone { 0.5 * differ } else { differ };
+            let found = find(&turn(period, strides, start, differ, is_alone)).expect("periodic").period_s;
+            prop_assert!((found / period - 1.0).abs() < 0.15, "{found} for {period}");
+        }
+
+        /// In a longer recording, where two strides come twice and fit better than one, only the two legs tell them apart.
+        #[test]
+        fn both_legs_tell_one_stride_from_two(
+            period in 0.8_f64..1.2, strides in 4.2_f64..7.0, start in 0.0_f64..2.0, differ in 0.2_f64..0.4,
+        ) {
+            let walk = turn(period, strides, start, differ, false);
+            let found = find(&walk).expect("periodic").period_s;
+            prop_assert!((found / period - 1.0).abs() < 0.05, "{found} for {period}");
+            let even = walk.resample(RATE_HZ).expect("even");
+            let shift = |strides: f64| (strides * period * RATE_HZ).round() as usize;
+            prop_assert_eq!(is_two_strides(even.channels(), shift(2.0)), Some(true));
+            prop_assert_eq!(is_two_strides(even.channels(), shift(1.0)), Some(false));
+            prop_assert_eq!(is_two_strides(&even.channels()[2..3], shift(2.0)), None);
+        }
+
         #[test]
         fn a_known_period_is_found(
             period in 0.5_f64..2.0, strides in 1.8_f64..6.0, phase in 0.0_f64..1.0, rate in 50.0_f64..1000.0,

@@ -83,8 +83,9 @@ impl fmt::Display for LeftOut {
 pub enum StrideError {
     /// A joint is missing.
     #[error(
-        "no {}; allowed is a recording with both hips and both knees: `--map {}` names columns that were not recognised", .missing.join(", no "),
-        .missing.iter().map(|joint| format!("{joint}=COLUMN")).collect::<Vec<_>>().join(",")
+        "no {}; allowed is a recording with both hips and both knees: `--map {}` names columns that were not recognised{mirror}", .missing.join(", no "),
+        .missing.iter().map(|joint| format!("{joint}=COLUMN")).collect::<Vec<_>>().join(","),
+        mirror = if is_one_leg(.missing) { ", and `--mirror` makes the other leg half a stride later" } else { "" }
     )]
     NoJoint {
         /// Their names.
@@ -122,6 +123,11 @@ pub enum StrideError {
         /// The parts of the recording, in words.
         parts: String,
     },
+}
+
+/// Whether what is missing is hip and knee of one leg.
+fn is_one_leg(missing: &[&str]) -> bool {
+    ["left", "right"].iter().any(|side| missing.len() == 2 && missing.iter().all(|joint| joint.starts_with(side)))
 }
 
 /// The strides of the joints that the recording has.

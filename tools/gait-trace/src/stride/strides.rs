@@ -8,9 +8,9 @@
 //! Units: seconds, degrees. In a normalised cycle "seconds" are fractions of the cycle.
 
 use crate::clean::condition::Conditioned;
-use crate::finding::Finding;
+use crate::finding::{Done, Finding, FindingKind};
 use crate::series::{between, root_mean_square};
-use crate::stride::cut::cut;
+use crate::stride::cut::{FEWEST_TO_JUDGE, OUTLIER_DEG, cut};
 use crate::stride::cycle::{Cycle, POINTS};
 use crate::stride::drift::drift;
 use crate::stride::gait_check;
@@ -54,7 +54,7 @@ pub struct Strides {
 /// let hip = |side| joint(side, 8.0, 21.0, -4.0, 0.0);
 /// let knee = |side| joint(side, 24.0, 20.0, 15.0, 1.5);
 /// let joints = [hip(0.0), hip(0.5), knee(0.0), knee(0.5)];
-/// let raw = RawJoints { file: "walk".into(), format: String::new(), time_s: time_s.clone(), received: false, joints, notes: vec![] };
+/// let raw = RawJoints { file: "walk".into(), format: String::new(), time_s: time_s.clone(), received: false, joints, notes: vec![], doubts: vec![] };
 /// let walk = strides::segment(&condition(&raw, &Rules::default())?)?;
 /// assert_eq!(walk.spans.len(), 6);
 /// assert!((walk.period_s - 1.1).abs() < 1e-3);
@@ -106,6 +106,26 @@ impl Strides {
     #[must_use]
     pub fn drift(&self) -> Vec<Finding> {
         drift(&self.cycles, &self.spans)
+    }
+
+    /// The place where two or three strides differ as those of a turn do; of more, the cut leaves out those that differ.
+    #[must_use]
+    pub fn differ(&self) -> Option<Finding> {
+        if self.cycles.len() >= FEWEST_TO_JUDGE {
+            return None;
+        }
+        let apart = |n: usize| {
+            let squares = self.cycles[n].rmse_deg(&self.cycles[n + 1]).map(|rmse| rmse * rmse);
+            (squares.iter().sum::<f64>() / Joint::COUNT as f64).sqrt()
+        };
+        let (n, deg) = (1..self.cycles.len()).map(|n| (n - 1, apart(n - 1))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (deg > OUTLIER_DEG).then_some(Finding {
+            from_s: self.spans[n].start_s,
+            to_s: self.spans[n + 1].end_s,
+            joint: None,
+            what: FindingKind::StridesDiffer { deg },
+            done: Done::Reported,
+        })
     }
 
     /// Mean of a range of strides. Indices beyond the last are ignored; the mean of no stride is 0.

@@ -1,4 +1,5 @@
 //! A synthetic gait of known phase, with harmonics of the size and phase of human walking.
+#![allow(dead_code, reason = "each test binary uses its part")]
 
 use gait_trace::{RawJoint, RawJoints};
 use joint_units::Joint;
@@ -25,7 +26,15 @@ pub(crate) fn raw(time_s: Vec<f64>, x: impl Fn(Joint, f64) -> f64) -> RawJoints 
         let angle_deg = time_s.iter().map(|&t| x(joint, t)).collect();
         Some(RawJoint::degrees(joint.name(), angle_deg))
     });
-    RawJoints { file: "walk.csv".into(), format: "made up".into(), time_s, received: false, joints, notes: vec![] }
+    RawJoints {
+        file: "walk.csv".into(),
+        format: "made up".into(),
+        time_s,
+        received: false,
+        joints,
+        notes: vec![],
+        doubts: vec![],
+    }
 }
 
 /// Even times.

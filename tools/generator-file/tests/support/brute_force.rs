@@ -51,7 +51,7 @@ impl Equations {
         (Self::Thesis { alpha, p, mu, difference, product }, start)
     }
 
-    fn slope(&self, s: &State) -> State {
+    pub(crate) fn slope(&self, s: &State) -> State {
         let mut d = [0.0; 8];
         match self {
             Self::PhaseCoupled { w, eps, links } => {

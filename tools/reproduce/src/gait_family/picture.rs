@@ -1,8 +1,10 @@
 //! The picture of `docs/gaits.md`.
 
+use gait_fit::contact::CycleStart;
 use gait_fit::generator_cycle::aligned;
 use gait_trace::stride::cycle::POINTS;
-use picture::{Band, Bars, Curve, Panel, draw};
+use joint_units::Joint;
+use picture::{Band, Bars, Curve, Panel, draw_captioned};
 
 use crate::gait_family::errors::{JointErrors, over_all};
 use crate::gait_family::study::{Fitted, Study};
@@ -16,12 +18,8 @@ use crate::gait_family::study::{Fitted, Study};
 /// The message of the drawing library.
 pub fn picture(study: &Study) -> Result<String, String> {
     let both = [("walk", &study.walk), ("run", &study.run)];
-    let mut panels: Vec<Panel> = both
-        .iter()
-        .flat_map(|(name, fitted)| {
-            [(0, "left hip"), (2, "left knee")].map(|(index, joint)| angles(name, fitted, index, joint))
-        })
-        .collect();
+    let mut panels: Vec<Panel> =
+        both.iter().flat_map(|(name, fitted)| [0, 2].map(|index| angles(name, fitted, index))).collect();
     for (name, fitted) in both {
         let [_, _, family, mean] = over_all(&fitted.recordings, &fitted.without_means);
         let bar = |name: &str, errors: JointErrors, left: usize| {
@@ -34,20 +32,26 @@ pub fn picture(study: &Study) -> Result<String, String> {
             bar("knee, family", family, 2),
             bar("knee, mean", mean, 2),
         ];
-        panels.push(Panel::bars(&format!("{name}, without the person"), "RMSE of the shape, deg", "", rows));
+        panels.push(Panel::bars(&format!("{name}, a person who was not fitted"), "RMSE of the shape, deg", "", rows));
     }
-    draw("Walks and runs of persons, and the family", &panels, 2)
+    let caption = [
+        "A line is the family at that number of steps a minute. A band is the persons below (blue) and above (orange) the middle of the cadences,",
+        "from the lowest to the highest angle. 0 % of a walk is heel strike, estimated from hip and knee; 0 % of a run is the most flexed hip, as its",
+        "heel strike is not estimated.",
+    ];
+    draw_captioned("Walks and runs of persons, and the family", &panels, 2, &caption.map(String::from))
 }
 
 /// One joint of the family at both ends, before the recordings.
-fn angles(name: &str, fitted: &Fitted, index: usize, joint: &str) -> Panel {
+fn angles(name: &str, fitted: &Fitted, index: usize) -> Panel {
     let percent = |k: usize| 100.0 * k as f64 / POINTS as f64;
+    let start = |end: usize| CycleStart::of(&fitted.ends[end].cycle(), Some(fitted.cadences[end]));
+    let joint = Joint::ALL[index];
     let curve = |end: usize| {
-        let values = fitted.ends[end].cycle().0[index];
-        Curve::new(
-            &format!("{} /min", fitted.cadences[end]),
-            values.iter().enumerate().map(|(k, y)| (percent(k), *y)).collect(),
-        )
+        let values = start(end).own_cycle(&fitted.ends[end].cycle(), joint);
+        // The first point is drawn again at 100 %.
+        let points = (0..=POINTS).map(|k| (percent(k), values[k % POINTS])).collect();
+        Curve::new(&format!("{} /min", fitted.cadences[end]), points)
     };
     let middle = f64::midpoint(fitted.cadences[0], fitted.cadences[1]);
     let band = |end: usize| {
@@ -56,17 +60,19 @@ fn angles(name: &str, fitted: &Fitted, index: usize, joint: &str) -> Panel {
         let of_end = fitted.recordings.iter().filter(|one| (one.cadence > middle) == (end == 1));
         let own: Vec<[f64; POINTS]> = of_end
             .map(|one| {
-                let values = aligned(&one.mean, &family).0.0[index];
+                let values = start(end).own_cycle(&aligned(&one.mean, &family).0, joint);
                 let shift = level(&family.0[index]) - level(&values);
                 values.map(|angle| angle + shift)
             })
             .collect();
         let edge = |k: usize| {
-            let at = own.iter().map(|values| values[k]);
+            let at = own.iter().map(|values| values[k % POINTS]);
             (percent(k), at.clone().fold(f64::MAX, f64::min), at.fold(f64::MIN, f64::max))
         };
-        Band((0..POINTS).map(edge).collect())
+        Band { name: "persons".into(), points: (0..=POINTS).map(edge).collect() }
     };
-    Panel::curves(&format!("{name}, {joint}"), "% of the stride", "deg", vec![curve(0), curve(1)])
+    let from = if start(0).initial_contact { "heel strike" } else { "the most flexed hip" };
+    let x = format!("% of the stride, from {from}");
+    Panel::curves(&format!("{name}, {}", joint.name().replace('_', " ")), &x, "deg", vec![curve(0), curve(1)])
         .banded(vec![band(0), band(1)])
 }

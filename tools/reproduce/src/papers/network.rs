@@ -214,7 +214,7 @@ fn starts(network: &Network) -> String {
     let [left, right, left_knee, right_knee] = envelope(&isolated, 600.0);
     format!(
         "from 1 deg, {hip:.1} deg (hips) and {knee:.1} deg (knees) after 5 s; with p of an isolated oscillator of 20 and 30 deg, {left:.0}, {right:.0}, \
-         {left_knee:.0}, {right_knee:.0} deg in the end"
+         {left_knee:.0}, {right_knee:.0} deg after 600 s"
     )
 }
 

@@ -212,6 +212,9 @@ pub(crate) struct Fault {
     /// What happens right after it, such as the request of a handler that hangs.
     #[serde(default)]
     pub(crate) then: Option<Inject>,
+    /// How long after it, ms.
+    #[serde(default)]
+    pub(crate) then_after_ms: f64,
     /// How long, ms; without it, to the end.
     #[serde(default)]
     pub(crate) for_ms: Option<f64>,
@@ -235,7 +238,17 @@ impl Fault {
     ) -> Self {
         let (expect, at_rest) = (expect.clone(), at_rest.cloned());
         let (group, name) = (group.to_owned(), name.to_owned());
-        Fault { name, group, inject, then: None, for_ms: None, states: states.to_vec(), expect, at_rest }
+        Fault {
+            name,
+            group,
+            inject,
+            then: None,
+            then_after_ms: 0.0,
+            for_ms: None,
+            states: states.to_vec(),
+            expect,
+            at_rest,
+        }
     }
 
     /// The name under which its cases are counted.
@@ -260,6 +273,8 @@ impl Fault {
         if let Some(ms) = self.for_ms {
             ensure!(ms >= 0.0 && ms.is_finite(), "for_ms is {ms}; allowed is 0 or more");
         }
+        let after = self.then_after_ms;
+        ensure!(after >= 0.0 && after.is_finite(), "then_after_ms is {after}; allowed is 0 or more");
         self.expect.check()?;
         self.at_rest.iter().try_for_each(Expected::check)?;
         let can_end = self.inject.can_end() || self.then.as_ref().is_some_and(Inject::can_end);

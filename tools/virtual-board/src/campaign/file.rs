@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
 use super::fault::Fault;
-use super::groups::{Core, Exceptions, Memory, Register};
+use super::groups::{Core, Exceptions, Memory, Register, Word};
 use super::stage::{InjectAt, Run, Sequence, Serial};
 use crate::judge::Limits;
 use crate::loader::ProgramImage;
@@ -29,6 +29,9 @@ pub(crate) struct Campaign {
     /// Registers, of which bits are faults.
     #[serde(rename = "register", default)]
     registers: Vec<Register>,
+    /// Words in RAM by their value, of which each bit is a fault.
+    #[serde(rename = "word", default)]
+    words: Vec<Word>,
     /// Registers of the core, of which bits are faults.
     #[serde(default)]
     core: Vec<Core>,
@@ -135,6 +138,7 @@ impl Campaign {
         for register in std::mem::take(&mut self.registers) {
             self.faults.extend(register.faults()?);
         }
+        self.faults.extend(std::mem::take(&mut self.words).into_iter().flat_map(Word::faults));
         self.faults.extend(std::mem::take(&mut self.core).into_iter().flat_map(Core::faults));
         self.faults.extend(std::mem::take(&mut self.exceptions).into_iter().flat_map(Exceptions::faults));
         for memory in std::mem::take(&mut self.memory) {

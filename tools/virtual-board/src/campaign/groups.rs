@@ -1,4 +1,4 @@
-//! Groups of faults: bits of registers, bits of the registers of the core, exceptions, bits of the memory.
+//! Groups of faults: bits of registers, of a word in RAM, bits of the registers of the core, exceptions, bits of the memory.
 
 use std::collections::BTreeSet;
 
@@ -37,6 +37,31 @@ impl Register {
             Fault::lasting([&name, &format!("{name}, bit {bit}")], flip, &states, &expect, at_rest.as_ref())
         };
         Ok(bits.into_iter().map(fault).collect())
+    }
+}
+
+/// Bits of the word in RAM that has a value: each is a fault.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Word {
+    /// Name.
+    name: String,
+    /// Its value in these states.
+    value: u32,
+    /// States in which they apply.
+    states: Vec<String>,
+    /// What each must lead to.
+    expect: Expected,
+}
+
+impl Word {
+    pub(super) fn faults(self) -> Vec<Fault> {
+        let Word { name, value, states, expect } = self;
+        let fault = |bit: u32| {
+            let flip = Inject::FlipWord { value, mask: 1 << bit };
+            Fault::lasting([&name, &format!("{name}, bit {bit}")], flip, &states, &expect, None)
+        };
+        (0..32).map(fault).collect()
     }
 }
 

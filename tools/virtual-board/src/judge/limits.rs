@@ -17,13 +17,17 @@ pub(crate) struct Limits {
     pub(crate) us_per_s: [f64; 4],
     /// Pulse in the park pose, us.
     pub(crate) park_us: [f64; 4],
-    /// Neutral pulse, at which a trim begins, us; `None`: no trim.
-    #[serde(skip)]
-    pub(crate) neutral_us: Option<[f64; 4]>,
     /// Shortest and longest pulse of each servo in a trim, in which the range of the joint is not known yet, us; `None`: no trim.
     #[serde(skip)]
     pub(crate) trim_us: Option<[[f64; 2]; 4]>,
+    /// Longest time of a stop by the button from a pose within the limits, s: longer than the ramp where a joint is slower than it.
+    #[serde(skip, default = "Limits::ramp_s")]
+    pub(crate) stop_s: f64,
 }
+
+/// The ramp of a stop, and the longest time after it in which the joints may still come to the park pose, s.
+const RAMP_S: f64 = 1.0;
+const GRACE_S: f64 = 0.5;
 
 /// The parameter sectors from the start of flash on: the magic word of the record of each, generator, sensors, robot.
 const SECTORS: [(usize, &[u8; 4]); 3] = [(0x4000, b"FFWK"), (0x8000, b"FFSN"), (0xC000, b"FFRB")];
@@ -87,6 +91,8 @@ pub(crate) struct Joint {
     pub(crate) range: [f64; 2],
     /// Highest rate, rad/s.
     pub(crate) rate: f64,
+    /// Highest acceleration, rad/s^2.
+    pub(crate) acceleration: f64,
     /// Angle in the park pose, rad.
     pub(crate) park: f64,
     /// Shortest and longest pulse of the servo, us.
@@ -94,7 +100,7 @@ pub(crate) struct Joint {
 }
 
 impl Joint {
-    /// The built-in robot, which walks where the sector of the robot is erased: hips from -30 to 60 degrees, knees from -2 to 120, 500 degrees a second,
+    /// The built-in robot, which walks where the sector of the robot is erased: hips from -30 to 60 degrees, knees from -2 to 120, 500 degrees a second and 20,000 a second squared,
     /// parked with the knees at 5 degrees; 1500 us at 0 degrees of a hip and 45 of a knee, 1000 us for 90 degrees, the right side mirrored.
     fn built_in() -> [Self; 4] {
         let joint = |[least, most]: [f64; 2], at_neutral: f64, park: f64, us_per_radian: f64| Joint {
@@ -103,6 +109,7 @@ impl Joint {
             us_per_radian,
             range: [least.to_radians(), most.to_radians()],
             rate: 500.0_f64.to_radians(),
+            acceleration: 20_000.0_f64.to_radians(),
             park: park.to_radians(),
             pulses_us: [500.0, 2500.0],
         };
@@ -146,9 +153,18 @@ impl Joint {
             us_per_radian: if words[8] == 1 { -float(7) } else { float(7) },
             range: [float(0), float(1)],
             rate: float(2),
+            acceleration: float(3),
             park: float(4),
             pulses_us: [micros(9), micros(10)],
         }
+    }
+
+    /// Longest time of a stop of this joint, s: it turns round, and goes the longest way to its park pose at its rate; then its time is up.
+    fn stop_s(&self) -> f64 {
+        let way = self.range.map(|end| (end - self.park).abs()).into_iter().fold(0.0, f64::max);
+        // To turn round takes twice the time of a full acceleration, and the way of it is the same out and back; to brake takes one more.
+        let turns_s = self.rate / self.acceleration;
+        (way / self.rate + 4.0 * turns_s).clamp(RAMP_S, RAMP_S + GRACE_S)
     }
 
     /// Pulse of an angle, us.
@@ -172,9 +188,16 @@ impl Limits {
             most_us: ends.map(|[first, second]| first.max(second)),
             us_per_s: joints.map(|joint| joint.us_per_radian.abs() * joint.rate),
             park_us: joints.map(|joint| joint.pulse_us(joint.park)),
-            neutral_us: Some(joints.map(|joint| joint.neutral_us)),
             trim_us: Some(joints.map(|joint| joint.pulses_us)),
+            stop_s: joints.iter().map(Joint::stop_s).fold(RAMP_S, f64::max),
         })
+    }
+
+    /// Longest time of a stop by the button from anywhere, s.
+    pub(crate) const LONGEST_STOP_S: f64 = RAMP_S + GRACE_S;
+
+    const fn ramp_s() -> f64 {
+        RAMP_S
     }
 }
 
@@ -216,7 +239,7 @@ pub(super) mod tests {
             ([900.0, 900.0, 900.0, 1200.0], [2100.0, 2100.0, 2100.0, 2400.0])
         );
         assert_eq!((limits.us_per_s, limits.trim_us), ([1200.0; 4], Some([[550.0, 2450.0]; 4])));
-        assert_eq!((limits.park_us, limits.neutral_us), ([1500.0; 4], Some([1500.0; 4])));
+        assert_eq!((limits.park_us, limits.stop_s), ([1500.0; 4], 1.0));
     }
 
     #[test]
@@ -238,6 +261,9 @@ pub(super) mod tests {
             near(built_in.us_per_s, [5555.6; 4]) && near(built_in.park_us, [1500.0, 1500.0, 1055.6, 1944.4]),
             "{built_in:?}"
         );
+        // 60 degrees a second and 200 a second squared: the knee's 115 degrees take longer than the ramp and what may follow it.
+        let slow = Joint { rate: 60.0_f64.to_radians(), acceleration: 200.0_f64.to_radians(), ..Joint::built_in()[2] };
+        assert_eq!((built_in.stop_s, slow.stop_s()), (1.0, 1.5));
         for at in 0xC000..good.len() {
             let mut changed = good.clone();
             changed[at] ^= 0x10;

@@ -2,11 +2,12 @@
 //!
 //! - A pulse is within the range of its joint and within its rate, by the robot record in flash at the last boot; without a valid record there is none.
 //! - A pulse starts only after a hold of the button ([`operator`]).
-//! - A motion starts at the park pose, or where the last pulse of the servo was.
+//! - A motion starts where the last pulse of the servo was, for a minute, also over a reset that keeps the memory; else at the park pose.
 //! - No pulse ends before the timer's compare value, except with a cause (the emergency stop, a reset, an injected fault), and with the servos' supply.
 //!   A pulse in which the supply goes first is none to a servo.
 //! - No line is high for long while the servo has its supply.
-//! - In a trim that a host asked for, one servo may leave the range of its joint: slowly, within the pulses of the servo, and while the others stand.
+//! - In a trim that a host asked for, one servo may leave the range of its joint: slowly, within the pulses of the servo, and while no other one moves
+//!   away from its park pose. Where a trim has left it, it may be again: as slowly it comes back.
 
 mod limits;
 mod log;
@@ -33,12 +34,19 @@ const START_S: f64 = 0.025;
 /// Fastest change in a trim, us a second: one microsecond in 10 ms.
 const TRIM_US_PER_S: f64 = 100.0;
 
+/// The last pulses are known for so long, s; and the difference that the board's count of it may have.
+const KNOWN_S: f64 = 60.0;
+const KNOWN_SLACK_S: f64 = 0.1;
+
 /// A servo whose supply is switched off so soon after a pulse hardly moves by it, s: one tick, in which a fast hobby servo (60 degrees in 0.08 s) turns
 /// by less than a degree. A bit that ends a pulse is found by the next tick.
-const WITHOUT_EFFECT_S: f64 = 1.1e-3;
+pub(crate) const WITHOUT_EFFECT_S: f64 = 1.1e-3;
 
 /// The emergency stop and a reset take the supply with the pulse: within this time, s.
-const WITH_PULSE_S: f64 = 1e-4;
+pub(crate) const WITH_PULSE_S: f64 = 1e-4;
+
+/// A supply that is switched off falls in this time at most, s: until then a servo may take a pulse that is cut short.
+const FALLS_S: f64 = 1e-3;
 
 /// Violations that are described in the summary.
 const DESCRIBED: usize = 10;
@@ -48,10 +56,20 @@ const DESCRIBED: usize = 10;
 struct Violation {
     /// End of the pulse, s.
     ended: f64,
-    /// The supply that goes with the pulse takes its effect away.
-    is_excusable: bool,
+    /// What takes its effect away.
+    excuse: Excuse,
     /// In words.
     what: String,
+}
+
+/// What takes the effect of a wrong pulse away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Excuse {
+    Nothing,
+    /// The supply that goes with the pulse.
+    Supply,
+    /// A reset that ends it: the supply has gone before.
+    Reset,
 }
 
 /// What came of a run's pulses.
@@ -76,10 +94,10 @@ struct Motion {
     last: Option<(f64, f64)>,
     /// Width of the last pulse that was as it should be, us.
     known: Option<f64>,
-    /// The first pulse after a pause.
-    first_us: f64,
-    /// It has moved since then, or faster than a trim.
-    moved: bool,
+    /// Least distance from the park pose since then, us.
+    nearest_us: f64,
+    /// It has moved away from there since then, or moved faster than a trim.
+    left: bool,
     moved_fast: bool,
 }
 
@@ -97,11 +115,17 @@ pub(crate) struct Judge {
     trimmed: Option<usize>,
     /// A host has sent something: it may have asked for a trim.
     has_host: bool,
+    /// The motion began away from the park pose, and has not come there yet.
+    is_from_elsewhere: bool,
     /// Start of the last pulse of any servo, and of the first one after a pause, s.
     last_pulse: f64,
     motion_began: f64,
-    /// From this time on injected faults are a cause for cuts, s.
-    injected: f64,
+    /// Injected faults by which pulses are wrong until the supply is off: from when on, and how soon that must be, s.
+    injected: Vec<(f64, f64)>,
+    /// The last pulses are known until then, s; and whether they were, and were not for sure, when the present motion began.
+    known_until: f64,
+    began_known: bool,
+    began_forgotten: bool,
     /// One pulse of each servo may last so long, because the injected fault stops or slows the timer in it, s.
     high_s: f64,
     has_been_high: [bool; 4],
@@ -115,7 +139,7 @@ pub(crate) struct Judge {
 impl Judge {
     /// A judge at power-on. `None`: no pulse is allowed.
     pub(crate) const fn new(limits: Option<Limits>, servos: [Pin; 4]) -> Self {
-        let motion = Motion { last: None, known: None, first_us: 0.0, moved: false, moved_fast: false };
+        let motion = Motion { last: None, known: None, nearest_us: f64::INFINITY, left: false, moved_fast: false };
         Judge {
             limits,
             before: None,
@@ -124,9 +148,13 @@ impl Judge {
             motions: [motion; 4],
             trimmed: None,
             has_host: false,
+            is_from_elsewhere: false,
             last_pulse: f64::NEG_INFINITY,
             motion_began: f64::NEG_INFINITY,
-            injected: f64::INFINITY,
+            injected: Vec::new(),
+            known_until: f64::NEG_INFINITY,
+            began_known: false,
+            began_forgotten: true,
             high_s: 0.0,
             has_been_high: [false; 4],
             is_campaign: false,
@@ -138,7 +166,8 @@ impl Judge {
 
     /// Goes on with the limits of a campaign, in which faults are injected by which one pulse of each servo lasts so long at most, s.
     pub(crate) fn begin_case(&mut self, limits: Limits, high_s: f64) {
-        (self.limits, self.is_campaign, self.injected) = (Some(limits), true, f64::NEG_INFINITY);
+        (self.limits, self.is_campaign) = (Some(limits), true);
+        self.injected.clear();
         (self.high_s, self.has_been_high) = (high_s, [false; 4]);
         self.violations.clear();
     }
@@ -150,13 +179,28 @@ impl Judge {
 
     /// Takes the levels at the pins of the button and of the emergency stop.
     pub(crate) fn observe(&mut self, seconds: f64, button: bool, stop: bool) {
-        self.operator.observe(seconds, button, stop);
+        let stop_s = match &self.limits {
+            Some(limits) if !self.is_from_elsewhere => limits.stop_s,
+            _ => Limits::LONGEST_STOP_S,
+        };
+        self.operator.observe(seconds, button, stop, stop_s);
     }
 
-    /// Takes a reset of the chip, which boots with these limits; called only if they matter.
-    pub(crate) fn reset(&mut self, seconds: f64, limits: impl FnOnce() -> Option<Limits>) {
+    /// Takes a reset of the chip, which boots with these limits; called only if they matter. `keeps`: the memory keeps what is in it. `by_program`: it
+    /// is no excuse for a pulse that ends with it.
+    pub(crate) fn reset(
+        &mut self,
+        seconds: f64,
+        keeps: bool,
+        by_program: bool,
+        limits: impl FnOnce() -> Option<Limits>,
+    ) {
         self.reset = seconds;
         self.operator.reset(seconds);
+        let with_it = |violation: &Violation| (violation.ended - seconds).abs() <= WITH_PULSE_S;
+        self.violations.retain(|violation| by_program || violation.excuse != Excuse::Reset || !with_it(violation));
+        // A boot that finds the last pulses knows them for as long again.
+        self.known_until = if keeps && seconds < self.known_until { seconds + KNOWN_S } else { f64::NEG_INFINITY };
         if !self.is_campaign {
             self.before = std::mem::replace(&mut self.limits, limits());
         }
@@ -167,9 +211,9 @@ impl Judge {
         self.has_host = true;
     }
 
-    /// Takes an injected fault that may cut pulses.
-    pub(crate) fn injected(&mut self, seconds: f64) {
-        self.injected = self.injected.min(seconds);
+    /// Takes an injected fault by which pulses may be wrong for so long, until the supply of the servos is off, s.
+    pub(crate) fn injected(&mut self, seconds: f64, longest_s: f64) {
+        self.injected.push((seconds, longest_s));
     }
 
     /// Takes a change of the outputs.
@@ -179,17 +223,13 @@ impl Judge {
         }
         self.operator.supply_off(change.seconds);
         let before = self.violations.len();
-        let (operator, reset, injected) = (&self.operator, self.reset, self.injected);
+        let (operator, reset, injected) = (&self.operator, self.reset, &self.injected);
         self.violations.retain(|violation| {
             let by = |cause: f64| (violation.ended - cause).abs() <= WITH_PULSE_S;
-            let longest = if violation.ended >= injected {
-                WITHOUT_EFFECT_S
-            } else if by(operator.stopped) || by(reset) {
-                WITH_PULSE_S
-            } else {
-                return true;
-            };
-            !violation.is_excusable || change.seconds - violation.ended > longest
+            let ends = (by(operator.stopped) || by(reset)).then_some(WITH_PULSE_S);
+            let faults = injected.iter().filter(|(from, _)| violation.ended >= *from).map(|(_, longest)| *longest);
+            let longest = faults.chain(ends).fold(f64::NEG_INFINITY, f64::max);
+            violation.excuse != Excuse::Supply || change.seconds - violation.ended > longest
         });
         self.judged.cut += (before - self.violations.len()) as u64;
     }
@@ -204,14 +244,33 @@ impl Judge {
         self.judge_start(pulse);
         if pulse.from - self.last_pulse > PAUSE_S {
             self.motion_began = pulse.from;
+            self.began_known = pulse.from < self.known_until + KNOWN_SLACK_S;
+            self.began_forgotten = pulse.from > self.known_until - KNOWN_SLACK_S;
         }
         self.last_pulse = self.last_pulse.max(pulse.from);
         let Some(limits) = self.limits_of(pulse) else { return self.note_without_limits(pulse) };
         if pulse.supply == PulseSupply::Absent || pulse.lost_supply().is_some() {
-            // Such a pulse is none to a servo, but for the time with supply.
+            // Such a pulse is none to a servo, but for the time with supply, which falls slowly.
             self.judge_high(&limits, pulse);
+            self.judge_end(pulse);
         } else {
             self.judge(&limits, pulse);
+        }
+    }
+
+    /// Judges a pulse whose supply went before its end: what switches it off while the processor runs waits for the end of the pulse.
+    fn judge_end(&mut self, pulse: &ServoPulse) {
+        let Some(supply_off) = pulse.lost_supply() else { return };
+        let Some(programmed) = pulse.programmed_us.filter(|programmed| is_cut(pulse.us(), *programmed)) else { return };
+        let is_by_hardware = (pulse.to - self.operator.stopped).abs() <= WITH_PULSE_S
+            || self.injected.iter().any(|(from, _)| pulse.to >= *from);
+        if pulse.to - supply_off < FALLS_S && !is_by_hardware {
+            let (pin, us) = (&self.servos[pulse.servo], pulse.us());
+            let what = format!(
+                "{pin} at {:.4} s: {us:.1} us of {programmed} us: cut short, while its supply fell",
+                pulse.from
+            );
+            self.note(pulse.to, Excuse::Reset, what);
         }
     }
 
@@ -219,7 +278,7 @@ impl Judge {
     fn judge_start(&mut self, pulse: &ServoPulse) {
         if let Err(why) = self.operator.pulse(pulse.from) {
             let what = format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from);
-            self.note(pulse.to, false, what);
+            self.note(pulse.to, Excuse::Nothing, what);
         }
     }
 
@@ -240,7 +299,7 @@ impl Judge {
         let is_long = high_s > limits.most_us[pulse.servo] * 1e-6 + WITHOUT_EFFECT_S;
         if is_long {
             let what = format!("{} at {:.4} s: high for {:.2} ms", self.servos[pulse.servo], pulse.from, high_s * 1e3);
-            self.note(pulse.to, false, what);
+            self.note(pulse.to, Excuse::Nothing, what);
         }
         is_long
     }
@@ -256,25 +315,34 @@ impl Judge {
         let last = motion.last.replace((started, us)).filter(|(before, _)| *before >= began);
         let change = last.map_or((0.0, 0.0), |(before, width)| (started - before, (us - width).abs()));
         if last.is_none() {
-            *motion = Motion { first_us: us, moved: false, moved_fast: false, ..*motion };
+            *motion = Motion { nearest_us: f64::INFINITY, left: false, moved_fast: false, ..*motion };
             self.trimmed = self.trimmed.filter(|trimmed| *trimmed != servo);
         }
-        motion.moved |= (us - motion.first_us).abs() > ROUNDING_US;
+        let park = limits.park_us[servo];
+        motion.left |= (us - park).abs() > motion.nearest_us + ROUNDING_US;
+        motion.nearest_us = motion.nearest_us.min((us - park).abs());
         motion.moved_fast |= change.1 > TRIM_US_PER_S * change.0 + 2.0 * ROUNDING_US;
         let (least, most) = (limits.least_us[servo], limits.most_us[servo]);
         let is_inside = (least - ROUNDING_US..=most + ROUNDING_US).contains(&us);
         let is_trim = self.has_host
             && limits.trim_us.is_some_and(|trim| (trim[servo][0]..=trim[servo][1]).contains(&us.round()))
             && !self.motions[servo].moved_fast
-            && (0..self.servos.len()).all(|other| other == servo || !self.motions[other].moved);
-        if !is_inside && is_trim {
+            && (0..self.servos.len()).all(|other| other == servo || !self.motions[other].left);
+        let excess = |us: f64| (least - us).max(us - most).max(0.0);
+        let known = self.motions[servo].known.filter(|_| last.is_some() || self.began_known);
+        let comes_back = us.is_finite()
+            && !self.motions[servo].moved_fast
+            && known.is_some_and(|known| excess(us) <= excess(known) + ROUNDING_US);
+        if !is_inside && comes_back {
+            // As slowly as in the trim that left it there.
+        } else if !is_inside && is_trim {
             if self.trimmed.replace(servo) != Some(servo) {
                 self.judged.trimmed.push(self.servos[servo].to_string());
             }
         } else if !is_inside {
             wrong.push(format!("{us:.1} us is outside {least:.1} to {most:.1} us"));
         }
-        if self.trimmed.is_some_and(|trimmed| trimmed != servo) && self.motions[servo].moved {
+        if self.trimmed.is_some_and(|trimmed| trimmed != servo) && self.motions[servo].left {
             wrong.push("it moves beside a trim".into());
         }
         let rate = limits.us_per_s[servo];
@@ -283,23 +351,33 @@ impl Judge {
         {
             wrong.push(format!("{before:.1} to {us:.1} us in {:.1} ms", change.0 * 1e3));
         }
-        let park = limits.park_us[servo];
-        let starts = [Some(park), self.motions[servo].known, limits.neutral_us.map(|us| us[servo]).filter(|_| is_trim)];
-        if last.is_none() && !starts.into_iter().flatten().any(|start| (us - start).abs() <= rate * START_S) {
-            wrong.push(format!(
-                "{us:.1} us begins a motion, neither at the park pose ({park:.1} us) nor at the last pulse"
-            ));
+        let starts = [known, Some(park).filter(|_| known.is_none() || self.began_forgotten)];
+        let near = rate * START_S + 2.0 * ROUNDING_US;
+        if last.is_none() && !starts.into_iter().flatten().any(|start| (us - start).abs() <= near) {
+            let expected = known.map_or_else(
+                || format!("not at the park pose ({park:.1} us)"),
+                |known| format!("not at the last pulse ({known:.1} us)"),
+            );
+            wrong.push(format!("{us:.1} us begins a motion, {expected}"));
         }
-        let is_cut = |programmed: &f64| us < programmed * (1.0 - CRYSTAL_ERROR) - ROUNDING_US;
-        if let Some(programmed) = pulse.programmed_us.filter(is_cut) {
+        if let Some(programmed) = pulse.programmed_us.filter(|programmed| is_cut(us, *programmed)) {
             wrong.push(format!("{us:.1} us of {programmed} us: cut short"));
+        }
+        if last.is_none() && (us - park).abs() > near {
+            self.is_from_elsewhere = true;
+        } else if self.is_from_elsewhere {
+            let is_at_park = |servo: usize| {
+                self.motions[servo].last.is_some_and(|(_, us)| (us - limits.park_us[servo]).abs() <= 2.0 * ROUNDING_US)
+            };
+            self.is_from_elsewhere = !(0..self.servos.len()).all(is_at_park);
         }
         if wrong.is_empty() {
             self.motions[servo].known = Some(us);
+            self.known_until = started + KNOWN_S;
         } else {
             // What one pulse does wrong is one violation: a cut pulse is often too short as well.
             let what = format!("{} at {started:.4} s: {}", self.servos[servo], wrong.join(", "));
-            self.note(pulse.to, true, what);
+            self.note(pulse.to, Excuse::Supply, what);
         }
     }
 
@@ -319,7 +397,7 @@ impl Judge {
 
     fn note_without_limits(&mut self, pulse: &ServoPulse) {
         let why = "a pulse with a damaged parameter sector";
-        self.note(pulse.to, false, format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from));
+        self.note(pulse.to, Excuse::Nothing, format!("{} at {:.4} s: {why}", self.servos[pulse.servo], pulse.from));
     }
 
     /// What came of the pulses so far.
@@ -328,9 +406,14 @@ impl Judge {
         Judged { violations: self.violations.len(), first, ..self.judged.clone() }
     }
 
-    fn note(&mut self, ended: f64, is_excusable: bool, what: String) {
-        self.violations.push(Violation { ended, is_excusable, what });
+    fn note(&mut self, ended: f64, excuse: Excuse, what: String) {
+        self.violations.push(Violation { ended, excuse, what });
     }
+}
+
+/// Whether a pulse ended before the timer's compare value.
+fn is_cut(us: f64, programmed_us: f64) -> bool {
+    us < programmed_us * (1.0 - CRYSTAL_ERROR) - ROUNDING_US
 }
 
 #[cfg(test)]

@@ -17,8 +17,8 @@ const HOLD_MOST_S: f64 = 1.55;
 const BEGINS_S: f64 = 0.25;
 /// The break input ends the outputs within this time, s.
 const BREAK_S: f64 = 50e-6;
-/// After a press the pulses end within this time: a ramp of 1 s, s.
-const STOPS_S: f64 = 1.2;
+/// After a press the pulses end within the time of a stop and this one: the tick, two servo frames, the rounding of the levels, s.
+const STOP_ENDS_S: f64 = 0.2;
 /// Outputs that gave no pulse for so long were stopped, s: five servo frames.
 const PAUSE_S: f64 = 0.1;
 /// A pulse may start so long after the tick that ends the outputs, s: a servo frame.
@@ -109,8 +109,8 @@ impl Operator {
         self.end_permission(seconds, "the servos' supply was switched off");
     }
 
-    /// Takes the levels of the two pins.
-    pub(super) fn observe(&mut self, seconds: f64, button: bool, stop: bool) {
+    /// Takes the levels of the two pins; a press ends the motion by a stop that takes at most so long, s.
+    pub(super) fn observe(&mut self, seconds: f64, button: bool, stop: bool, stop_s: f64) {
         if stop != self.stop.0 {
             self.stop = (stop, seconds);
             if !stop {
@@ -148,7 +148,7 @@ impl Operator {
                 press.steadiest = press.steadiest.max(steady);
                 if steady >= STABLE_S && press.accepted.is_none() {
                     press.accepted = Some(seconds);
-                    self.end_permission(seconds + STOPS_S, "the button was pressed");
+                    self.end_permission(seconds + stop_s + STOP_ENDS_S, "the button was pressed");
                 }
             }
             _ if button || !stable(self.button) => {}
@@ -217,7 +217,7 @@ mod tests {
         let is_on = |all: &[[f64; 2]], at: f64| all.iter().any(|[from, to]| (*from..*to).contains(&at));
         for ms in (from_s * 1e3) as u32..(to_s * 1e3) as u32 {
             let at = f64::from(ms) * 1e-3;
-            operator.observe(at, is_on(button, at), !is_on(stop, at));
+            operator.observe(at, is_on(button, at), !is_on(stop, at), 1.0);
         }
     }
 
@@ -315,7 +315,7 @@ mod tests {
             let mut at = 0.25;
             while at < 0.75 {
                 let is_pressed = (0.3..0.5).contains(&at) || (0.5 + open_s..0.7).contains(&at);
-                operator.observe(at, is_pressed, true);
+                operator.observe(at, is_pressed, true, 1.0);
                 at += 1e-4;
             }
             assert_eq!(operator.pulse(0.74).is_ok(), arms, "{open_s}");

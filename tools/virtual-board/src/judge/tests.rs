@@ -98,26 +98,94 @@ fn the_rate_is_judged_over_a_pause_of_one_servo() {
 fn a_motion_begins_at_the_park_pose_or_at_the_last_pulse() {
     let mut judge = armed();
     let found = first_violation(&mut judge, &[[1700.0, 1500.0, 1500.0, 1500.0]]).expect("elsewhere");
-    assert_eq!(
-        found,
-        "PE9 at 0.7400 s: 1700.0 us begins a motion, neither at the park pose (1500.0 us) nor at the last pulse"
-    );
-    // After a motion that ended at 1740 us: there, or at the park pose.
-    for (first, violations) in [(1740.0, 0), (1500.0, 0), (1600.0, 1), (1860.0, 1)] {
+    assert_eq!(found, "PE9 at 0.7400 s: 1700.0 us begins a motion, not at the park pose (1500.0 us)");
+    // After a motion that ended at 1740 us at 0.94 s: there, for a minute, from then on or from a reset that keeps the memory.
+    for (keeps, at, first, violations) in [
+        (Some(true), 1_740, 1740.0, 0),
+        (Some(true), 1_740, 1500.0, 1),
+        (Some(true), 1_740, 1600.0, 1),
+        (Some(true), 1_740, 1860.0, 1),
+        (Some(true), 60_960, 1740.0, 0),
+        (Some(true), 60_960, 1500.0, 0),
+        (Some(true), 61_200, 1740.0, 1),
+        (Some(false), 1_740, 1740.0, 1),
+        (Some(false), 1_740, 1500.0, 0),
+        (None, 1_740, 1740.0, 0),
+        (None, 1_740, 1500.0, 1),
+        (None, 61_100, 1740.0, 1),
+        (None, 61_100, 1500.0, 0),
+    ] {
         let mut judge = armed();
-        let widths: Vec<[f64; 4]> = (0..=10).map(|n| [1500.0 + 24.0 * f64::from(n), 1500.0, 1500.0, 1500.0]).collect();
+        let widths: Vec<[f64; 4]> = (0..=10).map(|n| [1500.0 + 24.0 * f64::from(n); 4]).collect();
         assert_eq!(first_violation(&mut judge, &widths), None);
-        judge.reset(1.0, || Limits::of_flash(&limits::tests::flash()));
-        operate(&mut judge, 1_000, 1_740, 1_300..1_700, 1_100..1_200);
-        take(&mut judge, frame(1.74, [first, 1500.0, 1500.0, 1500.0]));
-        assert_eq!(judge.judged().violations, violations, "{first}: {:?}", judge.judged().first);
+        if let Some(keeps) = keeps {
+            judge.reset(1.0, keeps, false, || Limits::of_flash(&limits::tests::flash()));
+        }
+        operate(&mut judge, 1_000, at, at - 440..at - 40, 1_100..1_200);
+        take(&mut judge, frame(f64::from(at) * 1e-3, [first; 4]));
+        assert_eq!(judge.judged().violations, 4 * violations, "{keeps:?} {at} {first}: {:?}", judge.judged().first);
     }
+}
+
+/// What a trim has left outside of the range comes back slowly, without a trim; not further out, not fast, and a neighbour may move meanwhile.
+#[test]
+fn a_servo_outside_of_its_range_comes_back_slowly() {
+    let trimmed = || {
+        let mut judge = armed();
+        judge.host_sent();
+        let widths: Vec<[f64; 4]> = (0..=400).map(|n| [1500.0 + 2.0 * f64::from(n), 1500.0, 1500.0, 1500.0]).collect();
+        assert_eq!(first_violation(&mut judge, &widths), None);
+        operate(&mut judge, 9_000, 9_960, 9_500..9_900, 0..1);
+        judge
+    };
+    let back = |step: f64, to: f64, beside: f64| {
+        let mut judge = trimmed();
+        let mut us = 2300.0;
+        let mut n = 0.0;
+        while us > to {
+            take(&mut judge, frame(9.96 + 0.02 * n, [us, 1500.0 + beside * n, 1500.0, 1500.0]));
+            (us, n) = (us - step, n + 1.0);
+        }
+        judge.judged()
+    };
+    assert_eq!(back(2.0, 1500.0, 0.0).first, [""; 0]);
+    assert_eq!(back(2.0, 2110.0, 1.0).first, [""; 0]);
+    assert_eq!(back(2.0, 1500.0, 0.0).trimmed.len(), 1, "the trim before");
+    assert!(back(5.0, 2110.0, 0.0).first[0].contains("2295.0 us is outside"), "{:?}", back(5.0, 2110.0, 0.0).first);
+    let mut judge = trimmed();
+    take(&mut judge, frame(9.96, [2300.0, 1500.0, 1500.0, 1500.0]));
+    take(&mut judge, frame(9.98, [2302.0, 1505.0, 1500.0, 1500.0]));
+    take(&mut judge, frame(10.0, [2304.0, 1510.0, 1500.0, 1500.0]));
+    assert!(
+        judge.judged().first.iter().any(|what| what.contains("2304.0 us is outside")),
+        "{:?}",
+        judge.judged().first
+    );
+}
+
+/// The time of a stop is that of the robot: one that is slow, or that comes from elsewhere, may take as long as its stop does.
+#[test]
+fn a_stop_takes_as_long_as_the_robot_needs() {
+    let with = |stop_s: f64, until: f64| {
+        let mut judge = armed();
+        judge.limits = judge.limits.take().map(|limits| Limits { stop_s, ..limits });
+        take(&mut judge, frame(0.74, PARK));
+        let mut at: f64 = 0.76;
+        while at < until {
+            operate(&mut judge, (at * 1e3) as u32, ((at + 0.02) * 1e3) as u32, 1_000..1_100, 0..1);
+            take(&mut judge, frame(at, PARK));
+            at += 0.02;
+        }
+        judge.judged().violations
+    };
+    assert_eq!((with(1.0, 2.1), with(1.5, 2.6)), (0, 0));
+    assert!(with(1.0, 2.4) > 0 && with(1.5, 2.9) > 0);
 }
 
 #[test]
 fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
     let mut judge = armed();
-    judge.reset(0.75, || None);
+    judge.reset(0.75, true, false, || None);
     operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
     take(&mut judge, frame(1.49, PARK));
     assert_eq!(judge.judged().violations, 4);
@@ -125,7 +193,7 @@ fn the_limits_are_those_of_the_last_boot_unless_a_campaign_has_its_own() {
 
     let mut judge = armed();
     judge.begin_case(campaign(), 0.0);
-    judge.reset(0.75, || None);
+    judge.reset(0.75, true, false, || None);
     operate(&mut judge, 750, 1_490, 1_050..1_450, 850..950);
     take(&mut judge, frame(1.49, PARK));
     assert_eq!(judge.judged().violations, 0);
@@ -166,19 +234,19 @@ fn a_cut_pulse_needs_a_cause_and_takes_the_supply_with_it() {
     };
     let stop = |judge: &mut Judge| judge.observe(0.7615, false, false);
     assert_eq!(with(stop, Some(0.7615)), (0, 1));
-    assert_eq!(with(|judge| judge.reset(0.7615, || None), Some(0.7615)), (0, 1));
-    assert_eq!(with(|judge| judge.injected(0.76), Some(0.7615)), (0, 1));
+    assert_eq!(with(|judge| judge.reset(0.7615, true, false, || None), Some(0.7615)), (0, 1));
+    assert_eq!(with(|judge| judge.injected(0.76, WITHOUT_EFFECT_S), Some(0.7615)), (0, 1));
     assert_eq!(with(stop, None), (1, 0), "the supply stays");
     assert_eq!(with(stop, Some(0.7617)), (1, 0), "the supply goes too late");
     assert_eq!(
-        with(|judge| judge.injected(0.76), Some(0.7617)),
+        with(|judge| judge.injected(0.76, WITHOUT_EFFECT_S), Some(0.7617)),
         (0, 1),
         "the program finds an injected fault in its tick"
     );
-    assert_eq!(with(|judge| judge.injected(0.76), Some(0.763)), (1, 0), "the supply goes too late");
+    assert_eq!(with(|judge| judge.injected(0.76, WITHOUT_EFFECT_S), Some(0.763)), (1, 0), "the supply goes too late");
     assert_eq!(with(|judge| judge.observe(0.761, false, false), Some(0.7615)), (1, 0), "the stop was earlier");
     assert_eq!(with(|_| (), Some(0.7615)), (1, 0), "nothing had stopped it");
-    assert_eq!(with(|judge| judge.injected(0.77), Some(0.7615)), (1, 0), "the fault came later");
+    assert_eq!(with(|judge| judge.injected(0.77, WITHOUT_EFFECT_S), Some(0.7615)), (1, 0), "the fault came later");
 }
 
 #[test]
@@ -238,12 +306,19 @@ fn a_line_that_stays_high_is_found() {
         (34.0, PulseSupply::Absent, false, false, None),
         (34.0, PulseSupply::Absent, true, false, None),
         (1.4, PulseSupply::Whole, true, false, None),
-        (1.4, PulseSupply::Until(0.761), false, false, None),
+        (
+            1.4,
+            PulseSupply::Until(0.761),
+            false,
+            false,
+            Some("PE9 at 0.7600 s: 1400.0 us of 1500 us: cut short, while its supply fell"),
+        ),
+        (1.5, PulseSupply::Until(0.761), false, false, None),
     ] {
         let mut judge = armed();
         take(&mut judge, frame(0.74, PARK));
         if resets {
-            judge.reset(0.794, || None);
+            judge.reset(0.794, true, false, || None);
         }
         let pulse = high(ms, supply);
         if is_end {
@@ -295,8 +370,8 @@ fn campaign() -> Limits {
         most_us: [1600.0; 4],
         us_per_s: [1000.0; 4],
         park_us: PARK,
-        neutral_us: None,
         trim_us: None,
+        stop_s: 1.0,
     }
 }
 

@@ -91,6 +91,8 @@ struct FaultTimes<'a> {
     reset_us: Option<f64>,
     /// From the effect until the supply of the servos or the main output is off, us; null: neither.
     decided_us: Option<f64>,
+    /// From the effect until the supply of the servos is off, us; null: it stays on.
+    supply_us: Option<f64>,
     /// From the effect to the end of the last pulse, us; null: they go on.
     low_us: Option<f64>,
     /// What the boot after the reset says, if it is asked for.
@@ -267,6 +269,7 @@ impl<W: Write> BoardRun<'_, W> {
                 off_us: first_of(reaction.low_us, reaction.rail_us),
                 reset_us: reaction.reset_us,
                 decided_us: first_of(reaction.disarmed_us, reaction.rail_us),
+                supply_us: reaction.rail_us,
                 low_us: reaction.low_us,
                 boot,
             }),
@@ -355,6 +358,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts(&fault.inject)));
         if let Some(then) = &fault.then {
             let kind = InjectionKind::of(then, self.image)?;
+            let at = at + fault.then_after_ms * 1e-3;
             self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts(then)));
         }
         self.schedule_stop();

@@ -42,6 +42,9 @@ impl<W: Write> BoardRun<'_, W> {
             );
             return Ok(());
         }
+        if let InjectionKind::Other(Inject::FlipWord { value, mask }) = *kind {
+            return self.flip_word(value, mask);
+        }
         if let InjectionKind::Other(Inject::Flash { address, half }) = *kind {
             self.cpu.patch_flash(address, half)?;
             return Ok(());
@@ -80,6 +83,27 @@ impl<W: Write> BoardRun<'_, W> {
         }
         // The clock, and with it the deadline, may have changed.
         board.sync(&mut memory);
+        Ok(())
+    }
+
+    /// Changes bits of each word in RAM that has this value.
+    fn flip_word(&mut self, value: u32, mask: u32) -> Result<()> {
+        let chip = self.image.board.config().chip;
+        let mut flipped = 0;
+        for &(base, size) in rams(chip) {
+            let mut ram = vec![0; size as usize];
+            ensure!(self.cpu.read_memory(base, &mut ram), "the RAM at {base:#010x} cannot be read");
+            for (address, word) in (base..).step_by(4).zip(ram.chunks_exact(4)) {
+                if word == value.to_le_bytes() {
+                    ensure!(
+                        self.cpu.write_ram(address, &(value ^ mask).to_le_bytes()),
+                        "{address:#010x} is not in RAM"
+                    );
+                    flipped += 1;
+                }
+            }
+        }
+        ensure!(flipped > 0 || self.has_several_faults, "no word in RAM is {value:#010x}");
         Ok(())
     }
 

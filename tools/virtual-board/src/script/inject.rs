@@ -33,6 +33,13 @@ pub(crate) enum Inject {
         /// The bits.
         mask: u32,
     },
+    /// Bits of the word in RAM that has this value change: of each, if there are copies.
+    FlipWord {
+        /// The value.
+        value: u32,
+        /// The bits.
+        mask: u32,
+    },
     /// The analogue supply becomes this voltage.
     Supply(f64),
     /// A pin of the converter gets this voltage.
@@ -273,6 +280,7 @@ impl Inject {
             Inject::Transfer => "transfer",
             Inject::Trigger => "trigger",
             Inject::Flip { .. } => "flip",
+            Inject::FlipWord { .. } => "flip-word",
             Inject::Supply(_) => "supply",
             Inject::Volts { .. } => "volts",
             Inject::Level { .. } => "level",

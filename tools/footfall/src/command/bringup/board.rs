@@ -96,19 +96,28 @@ impl<'a> Board<'a> {
         self.came.clear();
     }
 
+    /// Sends a request, without waiting for its answer. Its number.
+    ///
+    /// # Errors
+    /// The port is closed, or takes nothing.
+    pub(super) fn send(&mut self, action: Action) -> Result<u16, Failure> {
+        let request = self.requests.ask(action, Instant::now());
+        let Some(port) = &mut self.port else { return Err(Failure::run("the port is closed")) };
+        port.send(&request)?;
+        Ok(request.number)
+    }
+
     /// Asks for something; what became of it.
     ///
     /// # Errors
     /// As [`Board::listen`], or no answer comes.
     pub(super) fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
-        let request = self.requests.ask(action, Instant::now());
-        let Some(port) = &mut self.port else { return Err(Failure::run("the port is closed")) };
-        port.send(&request)?;
+        let asked = self.send(action)?;
         let until = Instant::now() + ANSWER_WITHIN;
         while Instant::now() < until {
             self.listen()?;
             let mut answers = self.came.iter().filter_map(|(_, record)| match record {
-                Record::Answered(Answered { number, outcome, .. }) if *number == request.number => Some(*outcome),
+                Record::Answered(Answered { number, outcome, .. }) if *number == asked => Some(*outcome),
                 _ => None,
             });
             if let Some(outcome) = answers.next_back() {

@@ -23,6 +23,8 @@ use crate::failure::Failure;
 
 /// How long a person may take for what a step asks, s.
 const PATIENCE_S: u64 = 120;
+/// How long records may be under way from the board to this program, ms.
+const SETTLE_MS: u64 = 300;
 /// How long pulses of one width are collected, s: 75 servo frames.
 const PULSES_S: f64 = 1.5;
 /// How long codes are collected, s: 20 slots of the time code, in each of which both levels last 10 ms or more.
@@ -181,7 +183,10 @@ impl<'a, W: Write> Session<'a, W> {
                 }
             };
             match line.trim() {
-                "" => return Ok(Answer::Done),
+                "" => {
+                    self.settle()?;
+                    return Ok(Answer::Done);
+                }
                 "s" => return Ok(Answer::Skip),
                 "q" => {
                     self.is_over = true;
@@ -193,6 +198,17 @@ impl<'a, W: Write> Session<'a, W> {
                 }
             }
         }
+    }
+
+    /// Takes what is still under way from the board, which belongs to no step either.
+    fn settle(&mut self) -> Result<(), Failure> {
+        let until = Instant::now() + Duration::from_millis(SETTLE_MS);
+        while Instant::now() < until {
+            self.board.listen_through_loss()?;
+        }
+        self.is_untested |= self.board.boot().is_some();
+        self.board.forget();
+        Ok(())
     }
 
     /// Does a step again and again, until it has its result or the person skips it. `attempt` gives the reason why there is no result.
@@ -649,7 +665,12 @@ impl<'a, W: Write> Session<'a, W> {
             };
             let tick_us = i64::from(tick) * 1_000;
             let last = session.board.edges().map(edge_us).filter(|us| *us <= tick_us + i64::from(LATE_US)).max();
-            let later = session.board.edges().filter(|edge| edge_us(edge) > tick_us + i64::from(LATE_US)).count();
+            let later: Vec<i64> = session.board.edges().map(edge_us).filter(|us| *us > tick_us + i64::from(LATE_US)).collect();
+            let silent = Quantity::number(NAMES[1], later.len() as f64, "").within(None, Some(0.0), SILENT);
+            let silent = match later.first() {
+                Some(first) => silent.noted(format!("the first {} us after the tick that saw the stop", first - tick_us)),
+                None => silent,
+            };
             // The press came after the tick before had read the stop.
             let bound = last.map_or(0.0, |last| (last - (tick_us - 1_000)) as f64 * 1e-3).max(0.0);
             let note = format!(
@@ -663,20 +684,20 @@ impl<'a, W: Write> Session<'a, W> {
             }
             Ok(Ok(vec![
                 Quantity::number(NAMES[0], bound, "ms").within(None, Some(1.1), STOP).noted(note),
-                Quantity::number(NAMES[1], later as f64, "").within(None, Some(0.0), SILENT),
+                silent,
             ]))
         })?;
         Ok(())
     }
 
-    /// Repeats the pulse of the joint, so that the board does not end the trim.
+    /// Repeats the pulse of the joint, so that the board does not end the trim. A board whose core is halted does not answer.
     fn keep_trimming(&mut self, joint: Joint) -> Result<(), Failure> {
         const EVERY_TICKS: u32 = 1_000;
         let Some((_, frame)) = self.board.frames().next_back() else { return Ok(()) };
         let (tick, pulse) = (frame.tick, frame.pulses_us[joint as usize]);
         if tick.wrapping_sub(self.jogged) >= EVERY_TICKS && frame.state == SupervisorState::Trimming {
             self.jogged = tick;
-            self.board.ask(Action::Jog { pulse: PulseMicros(pulse) })?;
+            self.board.send(Action::Jog { pulse: PulseMicros(pulse) })?;
         }
         Ok(())
     }

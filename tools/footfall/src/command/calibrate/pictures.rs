@@ -86,7 +86,7 @@ pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
     draw(&title, &[sensor.shaded(&lines.outside), panel(RESIDUALS, residuals)], 1)
 }
 
-/// Both pictures within a page: in its colours, and as wide as the page.
+/// Both pictures within a page, in its colours.
 pub(super) fn charts(page: &mut String, calibrated: &Calibrated) {
     let lines = Lines::of(calibrated);
     let sensor =

@@ -173,6 +173,7 @@ pub fn json(calibrated: &Calibrated) -> Value {
         "poses": poses,
         "residuals": fit.residuals,
         "notes": calibrated.notes,
+        "warnings": calibrated.warnings,
     })
 }
 
@@ -181,9 +182,10 @@ pub fn json(calibrated: &Calibrated) -> Value {
 pub fn html(calibrated: &Calibrated) -> String {
     let (fit, measured) = (&calibrated.fit, &calibrated.measured);
     let title = format!("{}, {}", measured.sensor, measured.date);
-    let mut page = html::begin(&title, &title);
-    html::paragraph(&mut page, &format!("From {}.", calibrated.source));
-    calibrated.notes.iter().for_each(|text| html::note(&mut page, text));
+    let mut page = html::begin(&format!("calibration report, {title}"), &format!("Calibration report: {title}"));
+    let version = env!("CARGO_PKG_VERSION");
+    html::paragraph(&mut page, &format!("Made by footfall {version} from {}.", calibrated.source));
+    calibrated.warnings.iter().chain(&calibrated.notes).for_each(|text| html::note(&mut page, text));
     html::table(
         &mut page,
         "Result",

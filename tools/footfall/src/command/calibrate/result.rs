@@ -34,7 +34,12 @@ pub struct Calibrated {
     pub measured: Measured,
     /// Notes for the user.
     pub notes: Vec<String>,
+    /// What a person should look at.
+    pub warnings: Vec<String>,
 }
+
+/// Smallest range of the angles of a table, degrees: a joint with a sensor turns by 60 and more, and 90 degrees are 1.6 radians.
+const LEAST_RANGE_DEG: f64 = 10.0;
 
 /// Fits the rows.
 ///
@@ -58,7 +63,23 @@ pub fn calibrate(source: &str, rows: &Rows, settings: &Settings, identity: Ident
     };
     let mut notes = rows.notes.clone();
     notes.extend(remarks(&fit, &sensor));
-    Ok(Calibrated { source: source.into(), fit, sensor, measured, notes })
+    let warnings = few_degrees(&fit).into_iter().collect();
+    Ok(Calibrated { source: source.into(), fit, sensor, measured, notes, warnings })
+}
+
+/// A warning if the table covers a few degrees only, as angles in radians under a heading of degrees do.
+fn few_degrees(fit: &Fit) -> Option<String> {
+    let (least, most) = fit.calibration.span();
+    let (least, most) = (f64::from(least.degrees()), f64::from(most.degrees()));
+    let (low, high) = fit.calibration.volts_span();
+    (most - least < LEAST_RANGE_DEG).then(|| {
+        format!(
+            "the table covers {} to {} degrees only, over {:.3} V: are the angles in radians? allowed is a column `angle_rad` for them; a reading beyond the table gives no angle",
+            short(least),
+            short(most),
+            high.0 - low.0
+        )
+    })
 }
 
 /// Notes for the user beside the numbers.

@@ -4,7 +4,7 @@ use generator_file::network_certificate::{JointRange, NetworkCertificate, certif
 use generator_file::network_file::NetworkFile;
 use std::path::Path;
 
-use super::return_rows::return_rows;
+use super::return_rows::{accepted, return_rows};
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
@@ -43,15 +43,16 @@ fn table(c: &NetworkCertificate) -> String {
     let mut rows = vec![("generator", format!("{}, {count} joints, on the host only", c.generator))];
     rows.extend(return_rows(&c.returns));
     rows.extend(c.joints.iter().map(|joint| (joint.name.as_str(), in_words(joint))));
-    rows.push(("accepted", c.refused_because.as_ref().map_or("yes".into(), |why| format!("no; {why}"))));
+    rows.push(("accepted", accepted(c.refused_because.as_ref()).into()));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 
 fn in_words(joint: &JointRange) -> String {
     let [least, most] = joint.range_deg;
+    let [low, high] = joint.way_deg;
     let inside = if joint.inside { "inside" } else { "BEYOND" };
     format!(
-        "{:.1} to {:.1} deg, peak {:.0} deg/s: {inside} {least} to {most} deg",
+        "{:.1} to {:.1} deg, peak {:.0} deg/s, from its start on {low:.1} to {high:.1} deg: {inside} {least} to {most} deg",
         joint.least_deg, joint.most_deg, joint.peak_velocity_deg_s
     )
 }

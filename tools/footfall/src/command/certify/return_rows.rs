@@ -44,3 +44,8 @@ pub(super) fn return_rows(returns: &Return) -> Vec<(&'static str, String)> {
     }
     rows
 }
+
+/// The row of a table; the error that follows it has the reason of a refusal.
+pub(super) const fn accepted(refused_because: Option<&String>) -> &'static str {
+    if refused_because.is_some() { "no" } else { "yes" }
+}

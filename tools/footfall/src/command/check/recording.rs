@@ -5,6 +5,7 @@ use crate::command::fit::job::{Input, Job, name_of};
 use crate::failure::Failure;
 use crate::file::recording;
 use gait_fit::fit::Fit;
+use gait_fit::judge::held_out_in_words;
 use gait_trace::{Conditioned, Done, Finding, FindingKind, Level, SignBasis, condition};
 use joint_units::Joint;
 use std::fmt::Write as _;
@@ -16,7 +17,8 @@ pub(super) fn check(path: &Path, job: &Job) -> (String, Result<String, Failure>)
     match judge(path, job, &mut report) {
         Ok(fitted) => {
             let drive = &fitted.certificate.drive;
-            report.line("walks", drive.in_words());
+            // The error has the reason.
+            report.line("walks", if drive.why_not.is_some() { "no".into() } else { drive.in_words() });
             if let Some(why) = &drive.why_not {
                 let words = "`fit` writes a generator of it with --fit-limits only, or with --force-write";
                 return (report.0, Err(Failure::run(format!("{}: walks: no: {why}; {words}", path.display()))));
@@ -28,7 +30,8 @@ pub(super) fn check(path: &Path, job: &Job) -> (String, Result<String, Failure>)
             (report.0, Ok(good))
         }
         Err(why) => {
-            report.line(Level::Error.name(), format!("`fit` refuses it: {why}"));
+            // The error has the reason.
+            report.line("fit", "refuses it");
             if let Ok(opened) = feed::opened(path) {
                 let columns: Vec<String> = opened.recording.channels().iter().map(|channel| channel.column()).collect();
                 let seconds = opened.recording.duration_s();
@@ -97,8 +100,7 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
     let (count, period_s, sd_s) = (strides.cycles().len(), strides.period_s, strides.period_sd_s());
     report.line("strides", format!("{count} of {period_s:.3} s, standard deviation {sd_s:.3} s"));
     strides.left_out.iter().for_each(|part| report.line("", part));
-    let errors: Vec<String> = fitted.joints.iter().map(|joint| format!("{:.2}", joint.rmse_mean_stride_deg)).collect();
-    report.line("fit", format!("{}, {} degrees to the mean stride", fitted.file.set.name(), errors.join(", ")));
+    report.line("fit", format!("{}, {}", fitted.file.set.name(), held_out_in_words(&fitted.joints)));
     Ok(fitted)
 }
 

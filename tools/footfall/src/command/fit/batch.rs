@@ -280,7 +280,7 @@ impl Files {
 
     /// The outcome of an earlier run.
     fn outcome(&self) -> Option<Value> {
-        serde_json::from_slice(&bounded::bytes(&self.outcome, fit_summary::MOST_BYTES).ok()?).ok()
+        serde_json::from_slice(&bounded::regular(&self.outcome, fit_summary::MOST_BYTES).ok()?).ok()
     }
 
     /// An earlier run of a batch wrote these files for this recording: the outcome says so, or, after an interruption before it was
@@ -324,7 +324,7 @@ impl Files {
 
     /// An earlier run skipped this recording.
     fn skipped_before(&self, name: &str) -> bool {
-        let value: Option<Value> = bounded::bytes(&self.skipped, fit_summary::MOST_BYTES)
+        let value: Option<Value> = bounded::regular(&self.skipped, fit_summary::MOST_BYTES)
             .ok()
             .and_then(|bytes| serde_json::from_slice(&bytes).ok());
         value.is_some_and(|value| value["recording"] == name && value["skipped"].is_string())

@@ -129,7 +129,12 @@ impl Job {
         }
         option("seed", fit.seed.to_string());
         option("evaluations", fit.evaluations.to_string());
-        let flags = [("--no-corrections", !fit.corrections), ("--fit-limits", fit.fit_limits)];
+        let flags = [
+            ("--mirror", reading.mirror),
+            ("--own-cycles", reading.own_cycles),
+            ("--no-corrections", !fit.corrections),
+            ("--fit-limits", fit.fit_limits),
+        ];
         words.extend(flags.into_iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag.to_owned()));
         let command = words.join(" ") + " -o generator.toml --report generator.html";
         report::html(fitted, &command)

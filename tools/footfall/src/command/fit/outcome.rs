@@ -1,7 +1,7 @@
 //! The result of one recording, as JSON for programs and as a line of text.
 
 use gait_fit::fit::{Compared, Fit, Refused};
-use gait_fit::judge::{HeldOut, JointFit, pooled};
+use gait_fit::judge::{HeldOut, JointFit, held_out_in_words, pooled};
 use gait_fit::measures::Measures;
 use gait_trace::Finding;
 use gait_trace::stride::cycle::{Cycle, POINTS};
@@ -110,15 +110,13 @@ impl<'a> Outcome<'a> {
 
     /// One line of text.
     pub(super) fn line(&self) -> String {
-        let error = |joint: &JointFit| format!("{} {:.2}", joint.name.replace('_', " "), joint.rmse_mean_stride_deg);
-        let joints: Vec<String> = self.joints.iter().map(error).collect();
         format!(
-            "{}: {}, {} strides of {:.3} s, RMSE to the mean stride in degrees: {}",
+            "{}: {}, {} strides of {:.3} s, {}",
             self.recording,
             self.generator,
             self.strides,
             self.fit.strides.period_s,
-            joints.join(", ")
+            held_out_in_words(self.joints)
         )
     }
 }

@@ -18,6 +18,9 @@ use crate::failure::Failure;
 /// Ticks after which the last jog is repeated: a board ends a trim whose host is silent.
 const REPEAT: u32 = 1_000;
 
+/// Ticks after which servos that report the same pulses have come to where the board leads them: many steps of a trim.
+const STANDS: u32 = 500;
+
 /// Ticks of two servo frames: a pulse that the board reports goes to the servo in the next frame, which has ended by then.
 const TWO_FRAMES: u32 = 40;
 
@@ -43,6 +46,8 @@ pub(super) struct Session<B, W> {
     reported: Option<u32>,
     /// Tick of the last jog.
     jogged: u32,
+    /// On the way to the park pose: the last pulses, and the tick since which they are the same.
+    returning: Option<([PulseMicros; Joint::COUNT], u32)>,
     last_move: i32,
     points: Vec<Point>,
 }
@@ -72,6 +77,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
             moved: 0,
             reported,
             jogged: 0,
+            returning: None,
             last_move: 1,
             points,
         }
@@ -134,19 +140,31 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         while self.board.listen()?.is_none_or(|seen| seen.state == SupervisorState::Disarmed) {}
         self.tell(format_args!(
             "{name}: hold the board's button for half a second; after a boot, press the emergency stop and release it before. At the release of the button all \
-             servos get pulses: those of the park pose. Keep clear; a press switches them off at once."
+             servos get pulses: they go to the park pose. Keep clear; a press switches them off at once."
         ))
     }
 
+    /// Begins when the servos are in the park pose. Where the last pulses were elsewhere the board leads them there slowly.
     fn begin(&mut self, seen: &Seen) -> Result<(), Failure> {
         let parked = self.parked()?;
         if seen.pulses != parked {
-            let [board, file] = [seen.pulses, parked].map(|pulses| pulses.map(|pulse| pulse.0));
-            return Err(Failure::run(format!(
-                "the board has the record of another robot: its park pose is {board:?} us, that of the robot file {file:?} us; flash the file first: \
-                 cargo xtask flash --keep --robot FILE"
-            )));
+            if self.returning.is_none_or(|(pulses, _)| pulses != seen.pulses) {
+                if self.returning.is_none() {
+                    self.tell(format_args!("the servos go to the park pose first, from where their pulses ended"))?;
+                }
+                self.returning = Some((seen.pulses, seen.tick));
+            }
+            let stands = self.returning.is_some_and(|(_, since)| seen.tick.wrapping_sub(since) >= STANDS);
+            if stands {
+                let [board, file] = [seen.pulses, parked].map(|pulses| pulses.map(|pulse| pulse.0));
+                return Err(Failure::run(format!(
+                    "the board has the record of another robot: its park pose is {board:?} us, that of the robot file {file:?} us; flash the file first: \
+                     cargo xtask flash --keep --robot FILE"
+                )));
+            }
+            return Ok(());
         }
+        self.returning = None;
         let pulse = parked[self.joint as usize];
         (self.goal, self.moved, self.jogged) = (Some(pulse), seen.tick, seen.tick);
         self.tell(format_args!(
@@ -191,7 +209,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
 
     /// The trim has ended on the board.
     fn pause(&mut self, seen: &Seen) -> Result<(), Failure> {
-        (self.goal, self.is_moving, self.reported) = (None, false, None);
+        (self.goal, self.is_moving, self.reported, self.returning) = (None, false, None, None);
         let cause = seen.cause.name();
         if seen.state == SupervisorState::Fault {
             return self.tell(format_args!(

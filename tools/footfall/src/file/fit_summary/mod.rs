@@ -10,7 +10,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
-use crate::messages;
+use crate::messages::{self, cell};
 use crate::options::overwrite::Overwrite;
 use crate::output::{check as check_output, write as write_file, write_text};
 use page::Entry;
@@ -51,23 +51,29 @@ pub fn check(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
 /// The first [`MARK_BYTES`] of a file.
 fn head(path: &Path) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
+    if !path.metadata()?.is_file() {
+        return Ok(head);
+    }
     File::open(path)?.take(MARK_BYTES).read_to_end(&mut head)?;
     Ok(head)
 }
 
 /// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them. Returns how many
-/// recordings failed. One result is in memory at a time, because a folder may have thousands.
+/// recordings failed; a file that is no result is one of them. One result is in memory at a time, because a folder may have thousands.
 ///
 /// # Errors
-/// The folder has no results or a wrong one, or a file may not be replaced or cannot be written.
+/// The folder has no results, or a file may not be replaced or cannot be written.
 pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     check(folder, overwrite)?;
     let files = files(folder)?;
     let mut entries = Vec::with_capacity(files.len());
     let mut table = line(&header());
     for file in &files {
-        let outcome = result_file::read(file)?;
+        let outcome = result_file::read(file);
         let entry = Entry::of(&outcome);
+        if let (Entry::Failed { why, .. }, true) = (&entry, outcome["sha256"].is_null()) {
+            messages::warning(why);
+        }
         if !matches!(entry, Entry::Skipped { .. }) {
             table += &line(&row(&outcome));
         }
@@ -78,8 +84,8 @@ pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     write_text(&folder.join("summary.csv"), &table, Overwrite::OWN)?;
     write_file(&folder.join("summary.json"), Overwrite::OWN, |out| {
         for (n, file) in tried().enumerate() {
-            let outcome = result_file::read(file).map_err(io::Error::other)?;
-            write!(out, "{}{}", if n == 0 { "[" } else { "," }, short(&outcome))?;
+            let object = short(&result_file::read(file)).to_string();
+            write!(out, "{}{}", if n == 0 { "[" } else { "," }, messages::escaped(&object))?;
         }
         writeln!(out, "{}", if tried().next().is_none() { "[]" } else { "]" })
     })?;
@@ -124,7 +130,7 @@ fn header() -> Vec<String> {
 
 fn row(outcome: &Value) -> Vec<String> {
     let text = |value: &Value| match value {
-        Value::String(text) => text.clone(),
+        Value::String(text) => cell(text).into_owned(),
         Value::Null => String::new(),
         Value::Number(number) => number.as_f64().map_or(number.to_string(), |x| {
             if x.fract() == 0.0 && x.abs() < 1e9 { format!("{x:.0}") } else { format!("{x:.4}") }
@@ -143,7 +149,7 @@ fn row(outcome: &Value) -> Vec<String> {
     let measures = &outcome["measures"];
     cells.push(text(&outcome["rmse_heldout_deg"]));
     cells.extend(["cadence_steps_per_min", "stride_time_cv_percent"].map(|key| text(&measures[key])));
-    cells.push(warnings(outcome).join("; "));
+    cells.push(cell(&warnings(outcome).join("; ")).into_owned());
     cells.push(text(&outcome["error"]));
     cells
 }
@@ -185,6 +191,17 @@ mod tests {
     #[test]
     fn cells_with_commas_and_quotes_stay_one_cell() {
         assert_eq!(line(&["a,b".into(), "say \"so\"".into()]), "\"a,b\",\"say \"\"so\"\"\"\n");
+    }
+
+    /// Names and reasons are of foreign files: a spreadsheet must not take them for formulas. Numbers stay numbers.
+    #[test]
+    fn foreign_names_are_no_formulas() {
+        let cells = row(&json!({
+            "recording": "=HYPERLINK(\"http://a\")", "generator": "shape", "period_s": -1.5,
+            "findings": [{ "level": "warning", "text": "@\u{1b}[2J\u{202e}" }],
+        }));
+        assert_eq!((cells[0].as_str(), cells[2].as_str()), ("'=HYPERLINK(\"http://a\")", "-1.5000"));
+        assert!(cells.contains(&"'@\\u001b[2J\\u202e".to_owned()), "{cells:?}");
     }
 
     #[test]

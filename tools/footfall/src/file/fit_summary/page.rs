@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::result_file::{self, warnings};
 
 /// Title of the page, by which a summary is recognised, and its heading.
-const TITLES: [&str; 2] = ["fits", "Fits of a folder"];
+const TITLES: [&str; 2] = ["fits", "Gait report: fits of a folder"];
 
 /// Sorts the table by the column whose head is clicked. Without it the page is sorted already.
 const SCRIPT: &str = include_str!("sort.js");
@@ -89,7 +89,7 @@ pub(super) fn write(out: &mut dyn io::Write, folder: &Path, files: &[PathBuf], e
         );
         begin_table(&mut page);
         for (n, (_, file)) in fitted.iter().enumerate() {
-            row(&mut page, folder, n, &result_file::read(file).map_err(io::Error::other)?);
+            row(&mut page, folder, n, &result_file::read(file));
             out.write_all(page.as_bytes())?;
             page.clear();
         }

@@ -2,13 +2,13 @@
 
 use super::protocol::{Asked, advertise, asked, chosen, message_data, server_info, warning};
 use super::queue::Queue;
-use super::shared::Shared;
+use super::shared::{Shared, lock};
 use std::io;
 use std::net::TcpStream;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
-use tungstenite::http::HeaderValue;
+use tungstenite::http::{HeaderValue, StatusCode};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
 
@@ -36,6 +36,16 @@ fn connect(stream: TcpStream, shared: &Shared) -> Result<WebSocket<TcpStream>, E
     stream.set_read_timeout(Some(HANDSHAKE))?;
     stream.set_write_timeout(Some(HANDSHAKE))?;
     let config = WebSocketConfig::default().max_message_size(Some(MAX_REQUEST)).max_frame_size(Some(MAX_REQUEST));
+    #[allow(clippy::result_large_err)] // the type is that of the library's callback
+    let agree = |request: &Request, response| match shared.guard.refuses(request) {
+        Some(why) => {
+            let body = format!("this server does not take a client with {why}");
+            let mut refusals = lock(&shared.refusals);
+            (refusals.count, refusals.last) = (refusals.count + 1, why);
+            Err(refusal(StatusCode::FORBIDDEN, body))
+        }
+        None => agree(request, response),
+    };
     let mut socket = tungstenite::accept_hdr_with_config(stream, agree, Some(config))
         .map_err(|error| Error::Io(io::Error::other(error.to_string())))?;
     socket.send(Message::text(server_info(shared.session)))?;
@@ -51,13 +61,17 @@ fn agree(request: &Request, mut response: Response) -> Result<Response, ErrorRes
     let headers = request.headers().get_all(SUBPROTOCOL);
     let offered: Vec<&str> = headers.iter().filter_map(|value| value.to_str().ok()).collect();
     let Some(chosen) = chosen(&offered.join(",")) else {
-        let mut refusal =
-            ErrorResponse::new(Some("this server speaks foxglove.sdk.v1 and foxglove.websocket.v1".into()));
-        *refusal.status_mut() = tungstenite::http::StatusCode::BAD_REQUEST;
-        return Err(refusal);
+        let body = "this server speaks foxglove.sdk.v1 and foxglove.websocket.v1";
+        return Err(refusal(StatusCode::BAD_REQUEST, body.into()));
     };
     response.headers_mut().insert(SUBPROTOCOL, HeaderValue::from_static(chosen));
     Ok(response)
+}
+
+fn refusal(status: StatusCode, body: String) -> ErrorResponse {
+    let mut refusal = ErrorResponse::new(Some(body));
+    *refusal.status_mut() = status;
+    refusal
 }
 
 /// Whether a socket only asks for patience.

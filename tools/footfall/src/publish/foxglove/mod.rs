@@ -4,6 +4,7 @@
 //! many crates, an asynchronous runtime among them.
 
 mod client;
+mod guard;
 mod protocol;
 mod queue;
 mod server;
@@ -51,7 +52,8 @@ impl Server {
         Ok(Self { port: server::Port::open(at, channels(sensors))?, robot, state: None })
     }
 
-    pub(super) fn address(&self) -> SocketAddr {
+    /// The address that a client is given.
+    pub(super) fn address(&self) -> String {
         self.port.address()
     }
 

@@ -59,6 +59,12 @@ impl Queue {
         self.waiting().subscriptions.values().any(|of| *of == channel)
     }
 
+    /// Whether its client has asked for nothing, or has taken nothing for as long as the queue holds.
+    pub(super) fn is_idle(&self) -> bool {
+        let waiting = self.waiting();
+        waiting.subscriptions.is_empty() || waiting.messages.len() == WAITING
+    }
+
     /// Adds a message once for each subscription to its channel.
     pub(super) fn push(&self, message: &Arc<Message>) {
         let mut waiting = self.waiting();
@@ -92,14 +98,15 @@ mod tests {
     fn the_oldest_messages_are_dropped_and_counted() {
         let queue = Queue::default();
         queue.push(&message(0));
-        assert!(queue.pop().is_none() && !queue.wants(3), "nobody has asked for it");
+        assert!(queue.pop().is_none() && !queue.wants(3) && queue.is_idle(), "nobody has asked for it");
         queue.subscribe(7, 3, None);
+        assert!(!queue.is_idle());
         queue.subscribe(8, 4, None);
         assert!(queue.wants(3));
         for n in 0..WAITING as u64 + 5 {
             queue.push(&message(n));
         }
-        assert_eq!(queue.dropped(), 5);
+        assert!(queue.dropped() == 5 && queue.is_idle());
         assert_eq!(queue.pop().map(|(id, message)| (id, message.time_ns)), Some((7, 5)));
         queue.unsubscribe(7);
         assert!(!queue.wants(3));

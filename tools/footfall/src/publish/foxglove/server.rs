@@ -1,18 +1,19 @@
 //! The server: its port and its clients.
 
 use super::client;
+use super::guard::Guard;
 use super::queue::{Message, Queue};
-use super::shared::{Shared, lock};
+use super::shared::{Connected, Shared, lock};
 use crate::channel::Channel;
 use crate::channel::clock::unix_ns;
 use std::io;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{Shutdown, SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Most clients at a time.
+/// Most clients at a time; one more takes the place of an idle one.
 const CLIENTS: usize = 16;
 
 /// How often the port is asked for a new client.
@@ -42,6 +43,8 @@ impl Port {
             session: unix_ns(),
             closing: AtomicBool::new(false),
             sent: AtomicU64::new(0),
+            guard: Guard::at(address)?,
+            refusals: Mutex::default(),
             clients: Mutex::default(),
             kept,
         });
@@ -53,18 +56,19 @@ impl Port {
         Ok(Self { shared, address, accepting: Some(accepting), connected, dropped })
     }
 
-    pub(super) fn address(&self) -> SocketAddr {
-        self.address
+    /// What a client opens.
+    pub(super) fn address(&self) -> String {
+        format!("ws://{}{}", self.address, self.shared.guard.query())
     }
 
     /// Sends a message, which is made only if a client has asked for its channel.
     pub(super) fn send(&self, channel: usize, time_ns: u64, payload: impl FnOnce() -> Vec<u8>) {
         let clients = lock(&self.shared.clients);
-        if !clients.iter().any(|queue| queue.wants(channel)) {
+        if !clients.iter().any(|client| client.queue.wants(channel)) {
             return;
         }
         let message = Arc::new(Message { channel, time_ns, payload: payload() });
-        clients.iter().for_each(|queue| queue.push(&message));
+        clients.iter().for_each(|client| client.queue.push(&message));
     }
 
     /// Sends a message, and keeps it for clients that come later.
@@ -73,7 +77,7 @@ impl Port {
         if let Some(kept) = lock(&self.shared.kept).get_mut(channel) {
             *kept = Some(message.clone());
         }
-        lock(&self.shared.clients).iter().for_each(|queue| queue.push(&message));
+        lock(&self.shared.clients).iter().for_each(|client| client.queue.push(&message));
     }
 
     /// Closes the port, after what clients take in half a second; says what was sent.
@@ -87,10 +91,18 @@ impl Port {
         while !lock(&self.shared.clients).is_empty() && Instant::now() < until {
             thread::sleep(Duration::from_millis(5));
         }
-        let waiting: u64 = lock(&self.shared.clients).iter().map(|queue| queue.dropped()).sum();
+        let waiting: u64 = lock(&self.shared.clients).iter().map(|client| client.queue.dropped()).sum();
         let count = |of: &AtomicU64| of.load(Ordering::Relaxed);
         let (clients, sent) = (count(&self.connected), count(&self.shared.sent));
-        format!("foxglove: {clients} clients, {sent} messages sent, {} dropped", count(&self.dropped) + waiting)
+        let refusals = lock(&self.shared.refusals);
+        let refused = match refusals.count {
+            0 => String::new(),
+            refused => format!("; {refused} refused, the last of them {}", refusals.last),
+        };
+        format!(
+            "foxglove: {clients} clients, {sent} messages sent, {} dropped{refused}",
+            count(&self.dropped) + waiting
+        )
     }
 }
 
@@ -101,19 +113,23 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>, connected: &Arc<AtomicU6
             thread::sleep(ACCEPT);
             continue;
         };
+        let Ok(connection) = stream.try_clone() else { continue };
         let queue = Arc::new(Queue::default());
         {
             let mut clients = lock(&shared.clients);
             if clients.len() == CLIENTS {
-                continue;
+                // Who takes nothing makes place, first the one that came first.
+                let Some(idle) = clients.iter().position(|client| client.queue.is_idle()) else { continue };
+                // One that has left already has nothing to end.
+                let _ = clients.remove(idle).stream.shutdown(Shutdown::Both);
             }
-            clients.push(queue.clone());
+            clients.push(Connected { queue: queue.clone(), stream: connection });
         }
         connected.fetch_add(1, Ordering::Relaxed);
         let (shared, dropped) = (shared.clone(), dropped.clone());
         thread::spawn(move || {
             client::serve(stream, &shared, &queue);
-            lock(&shared.clients).retain(|of| !Arc::ptr_eq(of, &queue));
+            lock(&shared.clients).retain(|client| !Arc::ptr_eq(&client.queue, &queue));
             dropped.fetch_add(queue.dropped(), Ordering::Relaxed);
         });
     }

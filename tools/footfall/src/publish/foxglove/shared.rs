@@ -1,9 +1,27 @@
 //! What the run and the threads of a server share.
 
+use super::guard::Guard;
 use super::queue::{Message, Queue};
 use crate::channel::Channel;
+use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A client that has a place.
+pub(super) struct Connected {
+    /// What waits for it.
+    pub(super) queue: Arc<Queue>,
+    /// Its connection, to end it.
+    pub(super) stream: TcpStream,
+}
+
+/// Clients that were not let in.
+#[derive(Debug, Default)]
+pub(super) struct Refusals {
+    pub(super) count: u64,
+    /// Why the last of them was not.
+    pub(super) last: String,
+}
 
 /// What the run and the clients' threads share.
 pub(super) struct Shared {
@@ -13,8 +31,11 @@ pub(super) struct Shared {
     pub(super) closing: AtomicBool,
     /// Messages sent to clients.
     pub(super) sent: AtomicU64,
-    /// What waits for each client.
-    pub(super) clients: Mutex<Vec<Arc<Queue>>>,
+    /// Who may connect.
+    pub(super) guard: Guard,
+    pub(super) refusals: Mutex<Refusals>,
+    /// The clients, the one that came first at the front.
+    pub(super) clients: Mutex<Vec<Connected>>,
     /// The last message of each channel that new subscriptions begin with.
     pub(super) kept: Mutex<Vec<Option<Arc<Message>>>>,
 }

@@ -24,7 +24,7 @@ use crate::format::subjects;
 use crate::format::text_table::{check_rows, listed};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::RawJoints;
+use crate::raw::{Doubt, RawJoints};
 use bytes::Ctx;
 use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
@@ -35,11 +35,11 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "C3D (`.c3d`)",
     recognised: "the second byte, 0x50",
     units: "`POINT:ANGLE_UNITS`; `POINT:UNITS` where hips are computed from the pelvis",
-    axes: "angles (`LKneeAngles`, ...) of one subject: the component that moves most at the knees, else the first; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
-    signs: "flexion positive of `LHipAngles` and of what is computed; else the file's, then made flexion positive (see below)",
-    rate: "the frame rate of the header",
+    axes: "angles of one subject: of `LKneeAngles`, ... the first component, as Plug-in Gait defines it; of other names the one that moves most at the knees, else the first, with a warning; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
+    signs: "flexion positive of the first component of `LHipAngles`, `LKneeAngles`, ... and of what is computed; else the file's, then made flexion positive (see below)",
+    rate: "`POINT:RATE`, else the frame rate of the header; a difference is a note",
     said: "the axis; up and forward, hips computed from the pelvis, and markers that stand for joint centres, where angles are computed; the unit of length by the width of the pelvis, where the file names none; degrees or radians by the values, where the file names no unit; header and parameters that differ",
-    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Whether the bytes begin like a C3D file and are not text.
@@ -72,13 +72,14 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     check_rows(layout.frames - 1).map_err(|fault| TraceError::new(name, None, fault))?;
     let file = File { ctx, parameters, layout };
-    let (columns, what) = match file.angles(how, &mut notes)? {
+    let mut doubts = Vec::new();
+    let (columns, what) = match file.angles(how, &mut notes, &mut doubts)? {
         columns if columns.is_empty() => {
             if how.axis.is_some() {
                 let what = "the file has no joint angles";
                 return Err(TraceError::new(name, None, Fault::NoAxes { what }));
             }
-            (file.segments(&mut notes)?, "joint centres or markers")
+            (file.segments(&mut notes, &mut doubts)?, "joint centres or markers")
         }
         columns => (columns, "joint angles"),
     };
@@ -88,7 +89,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let numbers = if layout.scale.is_some() { "integers" } else { "floats" };
     let format = format!("C3D, {}, {numbers}, {} Hz, {what}", parameters.processor.words(), layout.rate_hz);
     let time_s = (0..layout.frames).map(|frame| frame as f64 / layout.rate_hz).collect();
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts })
 }
 
 /// A file whose pointers and counts have been checked against its length.
@@ -100,7 +101,12 @@ struct File<'a> {
 
 impl File<'_> {
     /// The points of one subject that hold joint angles: by the map, else by name.
-    fn angles(&self, how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
+    fn angles(
+        &self,
+        how: &ReadOptions<'_>,
+        notes: &mut Vec<String>,
+        doubts: &mut Vec<Doubt>,
+    ) -> Result<Vec<AngleColumn>, TraceError> {
         let labels = &self.layout.labels;
         let said = match self.parameters.text(&self.ctx, "POINT:ANGLE_UNITS").first() {
             Some(unit) if !unit.is_empty() => unit.parse::<AngleUnit>().ok(),
@@ -114,16 +120,33 @@ impl File<'_> {
         let chosen = chosen.map_err(|fault| TraceError::new(self.ctx.file, None, fault))?;
         let points: Vec<(Joint, usize, Track)> =
             chosen.into_iter().map(|(joint, index)| (joint, index, self.track(index))).collect();
+        // A model that writes angles beside markers may have given none of them a value.
+        let has_legs = || {
+            let bare: Vec<&str> = labels.iter().map(|label| subjects::bare(label)).collect();
+            segments::find(&bare).iter().any(Option::is_some)
+        };
+        if how.map.is_empty()
+            && has_legs()
+            && points.iter().all(|(.., track)| track.iter().all(|point| !segments::is_seen(point)))
+        {
+            let empty: Vec<&str> = points.iter().map(|&(_, index, _)| labels[index].as_str()).collect();
+            notes.push(format!("{} have no value in any frame and are left out.", listed(&empty)));
+            return Ok(Vec::new());
+        }
+        let is_plug_in_gait = points.iter().all(|&(_, index, _)| axis::is_plug_in_gait(&labels[index]));
         let axis = match how.axis {
             Some(axis) => axis,
-            None => axis::of_flexion(&points, notes),
+            None => axis::of_flexion(&points, is_plug_in_gait, notes, doubts).map_err(|why| {
+                let columns = listed(&points.iter().map(|&(_, index, _)| labels[index].as_str()).collect::<Vec<_>>());
+                TraceError::new(self.ctx.file, None, Fault::UnclearFlexion { columns, why })
+            })?,
         };
         let said = Said::angle(said);
         let column = |(joint, index, track): (Joint, usize, Track)| {
             let heading = labels[index].clone();
             AngleColumn {
                 joint,
-                sign: axis::sign_of_plug_in_gait(subjects::bare(&heading), axis),
+                sign: axis::sign_of_plug_in_gait(&heading, axis),
                 heading,
                 index,
                 said,
@@ -134,11 +157,12 @@ impl File<'_> {
     }
 
     /// Hip and knee angles from thighs and shanks.
-    fn segments(&self, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
-        let bare: Vec<&str> = self.layout.labels.iter().map(|label| subjects::bare(label)).collect();
+    fn segments(&self, notes: &mut Vec<String>, doubts: &mut Vec<Doubt>) -> Result<Vec<AngleColumn>, TraceError> {
+        let mut bare: Vec<&str> = self.layout.labels.iter().map(|label| subjects::bare(label)).collect();
         let first_text = |name| self.parameters.text(&self.ctx, name).first().cloned();
         let screen_up = first_text("POINT:Y_SCREEN");
-        let legs = segments::find(&bare);
+        let is_empty = |point: usize| self.track(point).iter().all(|point| !segments::is_seen(point));
+        let legs = segments::find_seen(&mut bare, is_empty, notes);
         let fault = |fault| TraceError::new(self.ctx.file, None, fault);
         if legs.iter().all(Option::is_none) {
             return Err(fault(Fault::NoTrajectories { have: listed(&self.layout.labels) }));
@@ -152,7 +176,7 @@ impl File<'_> {
         let text = first_text("POINT:UNITS").unwrap_or_default();
         let unit = LengthUnit { field: "POINT:UNITS", text: &text };
         let legs = segments::tracks(legs, |index| self.track(index), unit, notes).map_err(fault)?;
-        segments::angles(&legs, self.layout.rate_hz, screen_up.as_deref(), notes).map_err(fault)
+        segments::angles(&legs, self.layout.rate_hz, screen_up.as_deref(), notes, doubts).map_err(fault)
     }
 
     /// One point in all frames.

@@ -249,8 +249,10 @@ impl Layout {
                 "a block after the header and inside of the file",
             ));
         };
-        let frames = Self::frames(ctx, parameters, word(3)?, word(4)?, notes)?;
+        let last = word(4)?;
+        let announced = Self::frames(ctx, parameters, word(3)?, last, notes)?;
         let there = (ctx.bytes.len() - data_at) / frame_bytes;
+        let frames = Self::beyond_the_word((announced, last), &ctx.bytes[data_at..], frame_bytes, notes);
         if frames > there {
             let found = format!("{frames} of {frame_bytes} bytes each, with data for {there} (truncated?)");
             return Err(ctx.bad(6, "the number of frames", &found, &format!("up to {there}")));
@@ -295,6 +297,26 @@ impl Layout {
                 "a first frame of 1 or more and a last frame not before it",
             )
         })
+    }
+
+    /// The number of frames of a file that announces the most that a word can hold and has data for more, as some programs write a long
+    /// recording; else that which is announced. Bytes of 0 behind the last frame fill up a block.
+    fn beyond_the_word(
+        (announced, last): (usize, u16),
+        data: &[u8],
+        frame_bytes: usize,
+        notes: &mut Vec<String>,
+    ) -> usize {
+        let filled = data.len() - data.iter().rev().take(BLOCK).take_while(|byte| **byte == 0).count();
+        // The last numbers of a frame may be 0 themselves.
+        let there = filled.div_ceil(frame_bytes).min(data.len() / frame_bytes);
+        if last != u16::MAX || announced > usize::from(u16::MAX) || there <= announced {
+            return announced;
+        }
+        notes.push(format!(
+            "Header and parameters give {announced} frames, up to frame 65535, the last that a word can hold; the file has data for {there}, and all of them are read."
+        ));
+        there
     }
 
     /// The name of each point; those beyond 255 are in further parameters.

@@ -45,7 +45,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "the log times of the messages; of `JointState` the stamps of their headers",
     said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given; messages that are not read; log times, where no header has a stamp, and how late they are",
-    options: &["--map", "--topic", "--unit", "--calibration", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--topic", "--unit", "--calibration", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Whether the bytes begin with the magic bytes of MCAP.
@@ -97,7 +97,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("MCAP, {kind}, {count} joints of {} channels", seen.sources.len());
-    Ok(RawJoints { file: name.into(), format, time_s, received, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received, joints, notes, doubts: vec![] })
 }
 
 /// A channel of which messages are read.

@@ -346,14 +346,14 @@ impl Document {
         let time_s = times_s(&self.stamps, self.rate_hz, &mut notes).map_err(at_end)?;
         let column = |Chosen { joint, index, label, values }| {
             let said = Said::Format(AngleUnit::Degrees, "by the format");
-            let is_hip = label.to_ascii_lowercase().ends_with("hip");
-            let sign = SignSource::by_format(is_hip, "by definition of MVNX");
+            let is_named = ["hip", "knee"].iter().any(|joint| label.to_ascii_lowercase().ends_with(joint));
+            let sign = SignSource::by_format(is_named, "by definition of MVNX");
             AngleColumn { joint, heading: format!("{label} z"), index: index * ANGLES + FLEXION, said, sign, values }
         };
         let place = Place { file: name, header: None, lines: &self.lines };
         let joints = in_degrees(&place, self.chosen.into_iter().map(column).collect(), how, &mut notes)?;
         let rate = self.rate_hz.map_or(String::new(), |rate| format!(", {rate} Hz"));
         let format = format!("MVNX, version {}{rate}, {} joints", self.version, self.labels.len());
-        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts: vec![] })
     }
 }

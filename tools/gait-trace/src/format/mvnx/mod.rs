@@ -13,7 +13,7 @@ mod document;
 mod times;
 
 use crate::fault::TraceError;
-use crate::format::description::{Description, SIGNS_OF_KNEES};
+use crate::format::description::{DEFINED, Description};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use memchr::memmem;
@@ -24,10 +24,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "XML with the element `mvnx`",
     units: "degrees, by definition of the format",
     axes: "the third angle of the joints `jLeftHip`, `jRightKnee`, ...",
-    signs: SIGNS_OF_KNEES,
+    signs: DEFINED,
     rate: "`time` of the frames, in ms, or their numbers at `frameRate` where these agree with it",
     said: "times by the numbers of the frames; frames of calibration poses, which are skipped; decimal commas; frames without joint angles",
-    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Whether the text begins like an MVNX file.

@@ -1,14 +1,15 @@
 //! Reads OpenSim motion and storage files (.mot, .sto) of versions 1 to 3 and older SIMM motion files; writes motion files.
 //!
 //! A header of lines `key=value` (or `key value`) that ends with `endheader`, a line of column names, and rows of numbers,
-//! separated by tabs or blanks. The title, which is the first line, decides what the file holds: files of controls, speeds, forces or
-//! markers have columns of the same names, and are refused. The numbers in the header (`nRows`, `nColumns`, `datarows`,
+//! separated by tabs or blanks. Files of controls, speeds, forces or activations have columns of the same names, so that something in the
+//! file must say that they are angles (`holds`), or the caller (`--unit`). The numbers in the header (`nRows`, `nColumns`, `datarows`,
 //! `datacolumns`) are compared with the rows and columns; a difference is a note where every row is whole. `inDegrees` names the unit of the rotations. Columns are coordinates
 //! (`hip_flexion_l`, `knee_angle_r`) or paths to one (`/jointset/hip_l/hip_flexion_l/value`); only those of hips and knees
-//! are read, speeds (`/speed`) are not. The sign is the file's: models differ in whether a flexed knee is positive.
+//! are read, speeds (`/speed`) are not. The sign of `hip_flexion` is in its name; that of a knee is the model's: gait2354, gait2392 and the
+//! models made from them count extension as positive, Rajagopal's and OpenCap's flexion. It is one for both knees.
 
 mod header;
-mod title;
+mod holds;
 mod write;
 
 use crate::fault::{Fault, TraceError};
@@ -28,8 +29,9 @@ use crate::format::time_names::time_of;
 use crate::format::time_step;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::{RawJoints, SignSource};
+use crate::raw::{Doubt, RawJoints, SignSource};
 use header::{Header, MAX_HEADER_LINES, is_end};
+use holds::Holds;
 use joint_units::Joint;
 use std::borrow::Cow;
 pub(crate) use write::coordinate;
@@ -38,13 +40,13 @@ pub use write::{write, write_to};
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
     name: "OpenSim motion and storage (`.mot`, `.sto`)",
-    recognised: "a line `endheader`; the title line decides: `controls`, `PositionErrors`, `Speeds`, `Accelerations`, forces and markers are refused by name",
+    recognised: "a line `endheader`; that the columns are angles is said by the title (`Coordinates`, `inverse kinematics`, ...), paths that end in `/value`, speeds beside them (`hip_flexion_l_u`) or a `pelvis_ty` that is a height in metres; else `--unit` says it",
     units: "`inDegrees`, or a remark in the header",
     axes: "columns `hip_flexion_l`, `knee_angle_r`, ..., or paths to them that end in `/value`; `/speed` is not read",
-    signs: "of `hip_flexion` flexion positive, by its name; of knees the file's, then made flexion positive (see below)",
+    signs: "of `hip_flexion` flexion positive, by its name; of knees that of the model, which the file does not name: one for both (see below)",
     rate: "the column `time`, in seconds; `--rate` replaces times that agree with it",
-    said: "numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
-    options: &["--map", "--unit", "--rate", "--hip-sign", "--knee-sign", "--stride-time"],
+    said: "angles, where only `inDegrees=yes` speaks for them, with a warning; numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
+    options: &["--map", "--unit", "--rate", "--hip-sign", "--knee-sign", "--mirror", "--own-cycles", "--stride-time"],
 };
 
 /// Whether the text has the line that ends a header.
@@ -60,15 +62,15 @@ pub(crate) fn looks_like(text: &str) -> bool {
 /// ```
 /// use gait_trace::format::opensim;
 /// use gait_trace::ReadOptions;
-/// let text = b"walk\nversion=1\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\thip_flexion_l\tpelvis_tx\n0\t0.5\t1\n0.01\t1.0\t1\n";
+/// let text = b"Coordinates\nversion=1\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\thip_flexion_l\tpelvis_tx\n0\t0.5\t1\n0.01\t1.0\t1\n";
 /// let raw = opensim::parse("walk.mot", text, &ReadOptions::default())?;
 /// assert_eq!(raw.format, "OpenSim motion, version 1, tabs, radians");
 /// let hip = raw.joints[0].as_ref().unwrap();
 /// assert!((hip.angle_deg[0] - 28.65).abs() < 0.01);
 ///
-/// let text = String::from_utf8_lossy(text).replace("walk\n", "controls\n");
-/// let controls = opensim::parse("walk.sto", text.as_bytes(), &ReadOptions::default()).unwrap_err();
-/// assert!(controls.to_string().starts_with("walk.sto:1: this file holds actuator controls (title line `controls`), not joint angles"));
+/// let text = String::from_utf8_lossy(text).replace("Coordinates\n", "controls\n");
+/// let controls = opensim::parse("walk.sto", text.as_bytes(), &ReadOptions::default()).unwrap_err().to_string();
+/// assert!(controls.starts_with("walk.sto:1: the title line `controls` names another quantity than joint angles"), "{controls}");
 /// # Ok::<(), gait_trace::TraceError>(())
 /// ```
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
@@ -89,6 +91,8 @@ pub(crate) struct Table {
     /// The unit that the header names.
     said: Option<AngleUnit>,
     columns: Vec<AngleColumn>,
+    /// What says that they are angles.
+    holds: Holds,
     time_s: Vec<f64>,
     row_lines: RowLines,
     notes: Vec<String>,
@@ -99,7 +103,6 @@ impl Rows for Table {
         let mut notes = Vec::new();
         let mut rows = lines(name, text);
         let header = Header::parse(name, &mut rows)?;
-        title::check(name, header.title.as_ref())?;
         let mut rows = rows.filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
         let no_names = || {
             let (field, found) = ("names of columns below `endheader`".into(), "missing".into());
@@ -133,6 +136,8 @@ impl Rows for Table {
         let said = header.unit(&mut notes);
         let record = Record::of_bytes(text.as_bytes());
         let columns = chosen(&labels, how, said, record.as_ref()).map_err(fault)?;
+        let holds = Holds::of(header.title.clone(), &labels, &columns);
+        holds.check_header(name)?;
         let is_read = |joint| columns.iter().any(|column| column.joint == joint);
         notes.extend(extension_columns::advice(&labels, is_read).map(|advice| advice + "."));
         Ok(Self {
@@ -144,6 +149,7 @@ impl Rows for Table {
             time,
             said,
             columns,
+            holds,
             time_s: Vec::new(),
             row_lines: RowLines::default(),
             notes,
@@ -160,7 +166,7 @@ impl Rows for Table {
 
     fn push<'t>(&mut self, row: Row<'t>, fields: &mut Vec<Cow<'t, str>>) -> Result<(), TraceError> {
         let Row { line, text: row, .. } = row;
-        let Self { name, delimiter, labels, time, columns, time_s, row_lines, .. } = self;
+        let Self { name, delimiter, labels, time, columns, holds, time_s, row_lines, .. } = self;
         let fault = |fault| TraceError::new(name, Some(line), fault);
         delimiter.split(without_last_tab(*delimiter, row), fields).map_err(fault)?;
         if fields == labels || (fields.len() != labels.len() && is_end(row)) {
@@ -172,6 +178,7 @@ impl Rows for Table {
         time_s.push(finite(&fields[*time], false).map_err(|f| fault(f).in_column(*time, &labels[*time]))?);
         check_rows(row_lines.len()).map_err(fault)?;
         row_lines.push(line);
+        holds.take(fields);
         for column in columns {
             let value = number_or_missing(&fields[column.index], false);
             column.values.push(value.map_err(|f| fault(f).in_column(column.index, &column.heading))?);
@@ -187,9 +194,22 @@ impl Rows for Table {
     }
 
     fn finish(self, ended: bool, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
-        let Self { name, header, names_line, delimiter, labels, time, said, columns, mut time_s, row_lines, mut notes } =
-            self;
+        let Self {
+            name,
+            header,
+            names_line,
+            delimiter,
+            labels,
+            time,
+            said,
+            columns,
+            holds,
+            mut time_s,
+            row_lines,
+            mut notes,
+        } = self;
         let name = name.as_str();
+        let doubts: Vec<Doubt> = holds.angles(name, said, how)?.into_iter().collect();
         let last = row_lines.last().or(Some(names_line));
         if time_s.len() < 2 {
             return Err(TraceError::new(name, last, Fault::TooFewRows { rows: time_s.len() }));
@@ -214,7 +234,7 @@ impl Rows for Table {
         let joints = in_degrees(&place, columns, how, &mut notes)?;
         let unit = how.unit.or(said).map_or("unit not given", AngleUnit::words);
         let format = format!("OpenSim motion, {}, {}, {unit}", header.version_words(), delimiter.words());
-        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts })
     }
 }
 
@@ -259,7 +279,11 @@ fn chosen(
             let heading = labels[index].clone();
             // Models differ in the sign of a knee, but not in that of the coordinate `hip_flexion`.
             let is_hip_flexion = heading.to_ascii_lowercase().contains("hip_flexion");
-            let by_name = SignSource::by_format(is_hip_flexion, "by the name `hip_flexion` of OpenSim");
+            let by_name = if is_hip_flexion {
+                SignSource::Format("by the name `hip_flexion` of OpenSim")
+            } else {
+                SignSource::Model
+            };
             // A conversion has this name too where the sign was assumed.
             let sign = record.map_or(by_name, |record| record.sign_of(&heading));
             columns.push(AngleColumn { joint, heading, index, said: Said::angle(said), sign, values: Vec::new() });

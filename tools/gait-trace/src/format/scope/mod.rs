@@ -47,7 +47,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns, or start and increment in the header",
     said: "values outside of the calibration table are missing; a number of rows or a sample interval in the header that differs from the rows; seconds and volts below `x_axis,channel_1`",
-    options: &["--map", "--calibration", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--calibration", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Reads the bytes of an export.
@@ -191,6 +191,6 @@ impl Rows for Table {
         let place = Place { file: name, header: Some(layout.end.max(1)), lines: &row_lines };
         let joints = in_degrees(&place, columns, how, &mut notes)?;
         let format = format!("oscilloscope CSV ({}), {} channels", dialect.words(), layout.channels.len());
-        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts: vec![] })
     }
 }

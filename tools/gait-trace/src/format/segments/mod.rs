@@ -15,10 +15,10 @@ mod vector;
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
 use crate::format::unit::Said;
-use crate::raw::SignSource;
+use crate::raw::{Doubt, SignSource};
 use joint_units::Joint;
 use names::Place;
-pub(crate) use names::{FoundLegs, Leg, find, one_leg};
+pub(crate) use names::{FoundLegs, Leg, candidates, find, find_seen, one_leg};
 pub(crate) use pelvis::LengthUnit;
 pub(crate) use vector::Track;
 use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};
@@ -27,6 +27,11 @@ use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};
 const WINDOW_S: f64 = 1.2;
 /// The line from ankles to hips must be within 30 degrees of an axis: cosine of that angle.
 const UPRIGHT: f64 = 0.866;
+/// Largest mean lean of the legs from the vertical, degrees, to the front, the back or the side; of a person who turns, and leans to the inside.
+const MOST_LEAN_DEG: f64 = 8.0;
+const MOST_LEAN_IN_TURN_DEG: f64 = 14.0;
+/// From this angle to the mean direction on, degrees, a person turns.
+const TURNED_DEG: f64 = 30.0;
 
 /// The trajectories of the legs.
 ///
@@ -53,7 +58,7 @@ pub(crate) fn tracks(
     Ok(moving)
 }
 
-fn is_seen(point: &[f64; 3]) -> bool {
+pub(crate) fn is_seen(point: &[f64; 3]) -> bool {
     point.iter().all(|value| !value.is_nan())
 }
 
@@ -70,9 +75,13 @@ pub(crate) fn angles(
     rate_hz: f64,
     screen_up: Option<&str>,
     notes: &mut Vec<String>,
+    doubts: &mut Vec<Doubt>,
 ) -> Result<Vec<AngleColumn>, Fault> {
-    let up = up(legs, screen_up, notes)?;
-    let forward = forward(legs, up, rate_hz, notes)?;
+    let (up, lean_deg) = up(legs, screen_up, notes)?;
+    let (forward, turned_deg) = forward(legs, up, rate_hz, notes)?;
+    if lean_deg > if turned_deg > TURNED_DEG { MOST_LEAN_IN_TURN_DEG } else { MOST_LEAN_DEG } {
+        doubts.push(Doubt::Vertical { lean_deg });
+    }
     let mut columns = Vec::new();
     for (leg, [hip, knee]) in legs.iter().zip([[Joint::LeftHip, Joint::LeftKnee], [Joint::RightHip, Joint::RightKnee]])
     {
@@ -122,8 +131,12 @@ fn axis_name(axis: [f64; 3]) -> String {
     format!("{}{}", if axis[largest] < 0.0 { '-' } else { '+' }, ['X', 'Y', 'Z'][largest])
 }
 
-/// The axis along which the hips are above the ankles.
-fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<String>) -> Result<[f64; 3], Fault> {
+/// The axis along which the hips are above the ankles, and by how many degrees the mean line between them leans from it.
+fn up(
+    legs: &[Option<Leg<Track>>; 2],
+    screen_up: Option<&str>,
+    notes: &mut Vec<String>,
+) -> Result<([f64; 3], f64), Fault> {
     let fault = || Fault::NoFrameOfReference {
         what: "the vertical",
         allowed: "hips above ankles along one axis of the laboratory, within 30 degrees",
@@ -139,6 +152,7 @@ fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<S
     }
     let mut up = [0.0; 3];
     up[largest] = rise[largest].signum();
+    let lean_deg = rise[largest].abs().min(1.0).acos().to_degrees();
     let name = axis_name(up);
     let screen = screen_up.map(|text| text.trim().to_uppercase()).filter(|text| !text.is_empty());
     notes.push(match screen {
@@ -152,16 +166,16 @@ fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<S
         }
         None => format!("Up is {name}: the hips are above the ankles along it."),
     });
-    Ok(up)
+    Ok((up, lean_deg))
 }
 
-/// Forward in each frame.
+/// Forward in each frame, and by how many degrees it turns from the mean direction.
 fn forward(
     legs: &[Option<Leg<Track>>; 2],
     up: [f64; 3],
     rate_hz: f64,
     notes: &mut Vec<String>,
-) -> Result<Vec<[f64; 3]>, Fault> {
+) -> Result<(Vec<[f64; 3]>, f64), Fault> {
     let fault = || Fault::NoFrameOfReference {
         what: "the direction of walking",
         allowed: "both hips, or one leg that moves farther than its own length",
@@ -180,7 +194,7 @@ fn forward(
             "Forward is close to {}: the direction from the hip's first to its last position.",
             axis_name(forward)
         ));
-        return Ok(vec![forward; hips.len()]);
+        return Ok((vec![forward; hips.len()], 0.0));
     };
     let across = left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| square_to(sub(left, right), up));
     let frames = across.len();
@@ -212,10 +226,10 @@ fn forward(
         "Forward is close to {}, perpendicular to the line between the hips{agrees}.",
         axis_name(overall)
     ));
-    if turned > 30.0 {
+    if turned > TURNED_DEG {
         notes.push(format!(
             "The person turns by up to {turned:.0} degrees from the mean direction; forward turns with the person."
         ));
     }
-    Ok(forward)
+    Ok((forward, turned))
 }

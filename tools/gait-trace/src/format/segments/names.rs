@@ -133,13 +133,12 @@ pub(crate) fn one_leg(legs: &FoundLegs, labels: &[&str]) -> Option<String> {
 /// Finds the legs.
 pub(crate) fn find(labels: &[&str]) -> FoundLegs {
     let plain: Vec<String> = labels.iter().map(|label| plain(label)).collect();
-    let called = |(side, word): (&str, &str), name: &str| {
-        let names =
-            [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")];
+    let point = |side: (&str, &str), name: &str| {
+        let names = called(side, name);
         plain.iter().position(|label| names.contains(label))
     };
     let among = |side: (&str, &str), names: Names| {
-        names.iter().find_map(|points| points.iter().map(|name| called(side, name)).collect::<Option<Vec<_>>>())
+        names.iter().find_map(|points| points.iter().map(|name| point(side, name)).collect::<Option<Vec<_>>>())
     };
     let both = |names: Names| {
         let [left, right] = SIDES.map(|side| among(side, names));
@@ -167,6 +166,45 @@ pub(crate) fn find(labels: &[&str]) -> FoundLegs {
         let name = points.map(|index| labels[index]).collect::<Vec<_>>().join(", ");
         Some(Leg { places, name, markers })
     })
+}
+
+/// Finds the legs among points of which some have no value at all, such as joint centres that a model did not compute; their labels are
+/// emptied, with a note.
+pub(crate) fn find_seen(labels: &mut [&str], is_empty: impl Fn(usize) -> bool, notes: &mut Vec<String>) -> FoundLegs {
+    let mut empty: Vec<&str> = Vec::new();
+    loop {
+        let legs = find(labels);
+        let mut points: Vec<usize> =
+            legs.iter().flatten().flat_map(Leg::points).filter(|&point| is_empty(point)).collect();
+        points.sort_unstable();
+        points.dedup();
+        if points.is_empty() {
+            if !empty.is_empty() {
+                notes.push(format!("{} have no value in any frame and are left out.", listed(&empty)));
+            }
+            return legs;
+        }
+        // Each round empties a label, so that there is a last one.
+        empty.extend(points.into_iter().map(|point| std::mem::take(&mut labels[point])));
+    }
+}
+
+/// The points that may belong to a leg, by their names.
+pub(crate) fn candidates(labels: &[&str]) -> Vec<usize> {
+    let of_joints = [&HIP, &KNEE, &ANKLE].into_iter().flat_map(|joint| [joint.centres, joint.markers]);
+    let names: Vec<&str> = of_joints.chain([ANTERIOR, POSTERIOR]).flatten().copied().flatten().copied().collect();
+    let is_of_leg = |label: &&str| {
+        let plain = plain(label);
+        let of_side =
+            |&(side, word): &(&str, &str)| names.iter().any(|name| called((side, word), name).contains(&plain));
+        SIDES.iter().any(of_side) || SACRUM.contains(&plain.as_str())
+    };
+    (0..labels.len()).filter(|&point| is_of_leg(&labels[point])).collect()
+}
+
+/// The ways to write the name of a point of a side.
+fn called((side, word): (&str, &str), name: &str) -> [String; 4] {
+    [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")]
 }
 
 impl Place {

@@ -31,10 +31,10 @@ pub(crate) const DESCRIPTION: Description = Description {
     recognised: "a first line `Model Outputs`, or the title of another section (`Devices`, `Joints`, `Trajectories`, ...) above a rate",
     units: "the row of units",
     axes: "`LHipAngles`, `RKneeAngles`, ... of one subject: component X, as Plug-in Gait defines it",
-    signs: "of component X of `LHipAngles` flexion positive, as Plug-in Gait defines it; of knees the file's, then made flexion positive (see below)",
+    signs: "of component X of `LHipAngles`, `LKneeAngles`, ... flexion positive, as Plug-in Gait defines it",
     rate: "`Frame` and `Sub Frame`, by the rate below the section's title; frame 1 is at time 0",
     said: "the axis; sections that are not read; sub frames; degrees or radians by the values, where the row of units is empty",
-    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 
 /// Largest number of a frame or of a sub frame.
@@ -111,7 +111,14 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let time_s = times(&frames, head.rate_hz, &mut notes);
     let points: Vec<(Joint, usize, Track)> =
         joints.iter().zip(tracks).map(|(&(joint, index), track)| (joint, index, track)).collect();
-    let axis = how.axis.unwrap_or_else(|| axis::of_plug_in_gait(&points, &mut notes));
+    let axis = match how.axis {
+        Some(axis) => axis,
+        // The section has the outputs of that model, whatever a laboratory calls them.
+        None => axis::of_flexion(&points, true, &mut notes, &mut vec![]).map_err(|why| {
+            let labels: Vec<String> = points.iter().map(|&(_, index, _)| head.outputs[index].label()).collect();
+            fault(Fault::UnclearFlexion { columns: listed(&labels), why })
+        })?,
+    };
     let column = |point| {
         column(&head, point, axis).map_err(|(below, fault)| TraceError::new(name, Some(head.line + below), fault))
     };
@@ -124,7 +131,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         head.rate_hz,
         head.outputs.len()
     );
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts: vec![] })
 }
 
 /// Rows of numbers of the section.

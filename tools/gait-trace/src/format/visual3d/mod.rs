@@ -21,7 +21,7 @@ use crate::format::segments::Track;
 use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
 use crate::format::time_step;
 use crate::format::unit::Said;
-use crate::options::ReadOptions;
+use crate::options::{Axis, ReadOptions};
 use crate::raw::{RawJoints, SignSource};
 use header::Header;
 use joint_units::Joint;
@@ -31,11 +31,21 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "Visual3D text export (`.txt`)",
     recognised: "tabs; a third line of signal types (`LINK_MODEL_BASED`, ...), or a fifth line that begins with `ITEM`",
     units: "by the values",
-    axes: "signals `Left Hip Angle`, `RKneeAngles`, ... of one recording, of type `LINK_MODEL_BASED` or `DERIVED`: the component that moves most at the knees, else X",
+    axes: "signals `Left Hip Angle`, `RKneeAngles`, ... of one recording, of type `LINK_MODEL_BASED` or `DERIVED`: the component that moves most at the knees, else X, with a warning",
     signs: SIGNS,
     rate: "the signal `TIME`, in seconds (`--rate` replaces times that agree with it); without it `ITEM`, with `--rate`; of a cycle normalised to 101 points `--rate 100` with `--stride-time`",
     said: "the axis; degrees or radians by the values; decimal commas; rows below the end of the recording",
-    options: &["--map", "--unit", "--axis", "--rate", "--hip-sign", "--knee-sign", "--stride-time"],
+    options: &[
+        "--map",
+        "--unit",
+        "--axis",
+        "--rate",
+        "--hip-sign",
+        "--knee-sign",
+        "--mirror",
+        "--own-cycles",
+        "--stride-time",
+    ],
 };
 
 /// Whether the text begins like a Visual3D file.
@@ -106,7 +116,12 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     let points: Vec<(Joint, usize, Track)> =
         chosen.iter().zip(tracks).map(|(&(joint, index), track)| (joint, index, track)).collect();
-    let axis = how.axis.unwrap_or_else(|| axis::of_flexion(&points, &mut notes));
+    let mut doubts = Vec::new();
+    let axis = match how.axis {
+        Some(axis) => axis,
+        // A model of the user may give Plug-in Gait's names to angles of other axes.
+        None => axis::of_flexion(&points, false, &mut notes, &mut doubts).unwrap_or(Axis::X),
+    };
     let column = |(joint, index, track): (Joint, usize, Track)| {
         let output = &header.outputs[index];
         let heading = output.label();
@@ -123,7 +138,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("Visual3D text, {count} joints of {} signals", header.outputs.len());
-    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes, doubts })
 }
 
 /// Where the times come from.
