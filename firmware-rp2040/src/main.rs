@@ -37,6 +37,9 @@ mod faults;
 #[cfg(target_os = "none")]
 mod float;
 #[cfg(target_os = "none")]
+#[path = "../../firmware-shared/program/guards.rs"]
+mod guards;
+#[cfg(target_os = "none")]
 #[path = "../../firmware-shared/program/kept.rs"]
 mod kept;
 #[cfg(target_os = "none")]

@@ -29,6 +29,8 @@ mod crystal_timer;
 mod debugger;
 mod environment;
 mod faults;
+#[path = "../../firmware-shared/program/guards.rs"]
+mod guards;
 #[path = "../../firmware-shared/program/kept.rs"]
 mod kept;
 #[path = "../../firmware-shared/program/kept_outputs.rs"]
@@ -79,21 +81,20 @@ mod boot {
     use firmware_shared::lamp::Shown;
     use firmware_shared::licence::Licence;
     use firmware_shared::pacing::Pacer;
-    use firmware_shared::post_mortem::LOCKOUT_STREAK;
     use firmware_shared::pulse_check::PulseCheck;
     use heapless::spsc::Queue;
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_at};
     use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Cause, Conditions, Frame, SENSORS, Sample, SupervisorState};
-    use joint_units::{AdcCode, PulseMicros};
+    use joint_units::AdcCode;
     use static_cell::{ConstStaticCell, StaticCell};
     use wire::{Boot, Change, Edge, Inputs, Record, Subject, Unframer};
 
     use crate::environment::Environment;
     use crate::faults::LastRun;
+    use crate::guards;
     use crate::pins::PinRegisters;
     use crate::program::ProgramCheck;
-    use crate::removed::{Protection, lacks};
     use crate::requests::{REQUESTS_QUEUED, Requests};
     use crate::serial;
     use crate::servo_pwm::{self, Outputs};
@@ -307,26 +308,8 @@ mod boot {
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
         match board_loop_at(LOOP.uninit(), parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
-            Ok(joint_loop) => {
-                // Where the last pulses of the run before are not known, a motion starts at the park pose.
-                let mut check = match PulseCheck::new(&parameters.robot) {
-                    Ok(check) => check,
-                    // The loop has built the same servo maps.
-                    Err(refusal) => stay_off(Subject::Configuration, refusal),
-                };
-                if let Some(last) = last_run.outputs.map(|last| last.pulses_us.map(PulseMicros))
-                    && joint_loop.start_from(last)
-                {
-                    check.start_from(last);
-                }
-                let crashed = last_run.streak >= LOCKOUT_STREAK && !lacks(Protection::LockOut);
-                let unsupplied = loaded.lacks_brown_out_reset() && !lacks(Protection::BrownOut);
-                let licence = match Licence::new(crashed || unsupplied) {
-                    Ok(licence) => licence,
-                    // The loop has the same button.
-                    Err(refusal) => stay_off(Subject::Configuration, refusal),
-                };
-                Built {
+            Ok(joint_loop) => match guards::build(joint_loop, loaded, last_run) {
+                Ok((check, licence)) => Built {
                     joint_loop,
                     check,
                     licence,
@@ -334,8 +317,9 @@ mod boot {
                     unnamed: loaded.unnamed,
                     sensors: parameters.sensors.count(),
                     built_in_robot: loaded.built_in_robot,
-                }
-            }
+                },
+                Err(refusal) => stay_off(Subject::Configuration, refusal),
+            },
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }
     }
