@@ -218,6 +218,8 @@ fn those_of_boards_flash_keep_and_watch() {
     page.not_run("cargo xtask watch --board nucleo-f446re --serial /dev/ttyACM0", NUCLEO);
     page.not_run("cargo xtask record --board nucleo-f446re -o walk.csv", NUCLEO);
 
+    // What is saved below is tuned from the built-in walk.
+    bench.must("board erase --generator");
     page.ends("cargo footfall set --list");
     page.shows("cargo footfall watch --serial /dev/ttyACM0", "disarmed").end();
     for line in ["speed 1.2", "gait human-walk", "record_rate 1000", "--show", "--undo", "--stop"] {
@@ -230,7 +232,7 @@ fn those_of_boards_flash_keep_and_watch() {
     });
     ran.assert_sound();
     page.shows("cargo footfall record --serial /dev/ttyACM0 -o walk.csv", "").end();
-    page.shows("cargo xtask run --pace -- --serial", "/dev/pts/").end();
+    assert!(page.ends("cargo xtask run --pace -- --serial").contains("/dev/pts/"), "the name of the port");
 
     page.ends("cargo footfall defaults generator > walk.toml");
     page.ends("cargo xtask board save walk.toml --serial /dev/ttyACM0 -o tuned.toml");

@@ -207,6 +207,8 @@ fn erase(board: Board, chosen: &Chosen) -> Result<ExitCode> {
         probe::erase(board, sector, &folder.join("erased.bin"))?;
         eprintln!("{} sector: erased; {}", sector.name(), sector.when_erased());
     }
+    // A download leaves the core halted.
+    probe::reset(board)?;
     Ok(ExitCode::SUCCESS)
 }
 

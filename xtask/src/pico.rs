@@ -127,6 +127,7 @@ pub(crate) fn build(workspace: &Workspace, variant: Variant) -> Result<PathBuf> 
     let features: Vec<&str> = variant.features().collect();
     let name = std::iter::once("firmware-pico").chain(features.iter().copied()).collect::<Vec<_>>().join("-");
     eprintln!("build: {name}");
+    let _alone = workspace.images_alone()?;
     let cargo = workspace.smallest_build("firmware-rp2040", &["--features", &features.join(",")])?;
     let built =
         progress::build(vec![Build { label: "firmware for the Pico", cargo, executables: &["firmware-rp2040"] }])?;
@@ -137,9 +138,7 @@ pub(crate) fn build(workspace: &Workspace, variant: Variant) -> Result<PathBuf> 
     let double = image::double_precision(&elf).with_context(place)?;
     ensure!(double.is_empty(), "{} computes in double precision: {double:?}", built.display());
     let footprint = image::footprint(&elf).with_context(place)?;
-    let images = workspace.target_dir.join("images");
-    std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
-    let copy = images.join(&name).with_extension("elf");
+    let copy = workspace.images()?.join(&name).with_extension("elf");
     write(&copy, &elf)?;
     eprintln!("image: {}, {footprint}", copy.display());
     Ok(copy)
@@ -177,9 +176,7 @@ fn records(workspace: &Workspace, options: &Options) -> Result<Vec<Part>> {
         (Sector::Robot, ROBOT_SECTOR, robot),
     ] {
         let name = sector.name();
-        let images = workspace.target_dir.join("images");
-        std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
-        let file = images.join(format!("pico-{name}.bin"));
+        let file = workspace.images()?.join(format!("pico-{name}.bin"));
         let mut bytes = match given {
             Some(arguments) => {
                 record::pack(workspace, &arguments, &file)?;

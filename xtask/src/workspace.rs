@@ -1,6 +1,7 @@
 //! Builds the programs of the workspace: those for the host in its target folder, those for the board there too or in `thumb-debian`
 //! below it (see `toolchain.rs`), so that no build removes the output of another.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -151,6 +152,7 @@ impl Workspace {
 
     fn firmware_with(&self, features: &str) -> Result<Image> {
         eprintln!("build: firmware for {features}");
+        let _alone = self.images_alone()?;
         let built = executable(self.firmware_build(features)?)?;
         self.image(&built, features)
     }
@@ -168,6 +170,7 @@ impl Workspace {
         if commands == Commands::Watch {
             host.cargo.arg("--no-default-features");
         }
+        let _alone = self.images_alone()?;
         let built: Vec<PathBuf> =
             progress::build(vec![host, self.firmware_build(&features)?])?.into_iter().flatten().collect();
         let Ok([virtual_board, footfall, firmware]) = <[PathBuf; 3]>::try_from(built) else {
@@ -194,11 +197,28 @@ impl Workspace {
         Ok(Build { label: "firmware", cargo, executables: &["firmware"] })
     }
 
-    /// Reads the image, seals it, and keeps that under a name of its own.
-    fn image(&self, built: &Path, features: &str) -> Result<Image> {
+    /// The folder of the images and records that commands make.
+    pub(crate) fn images(&self) -> Result<PathBuf> {
         let images = self.target_dir.join("images");
         std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
-        let copy = images.join(format!("firmware-{}.elf", features.replace(',', "-")));
+        Ok(images)
+    }
+
+    /// Waits until no other command builds an image, and keeps others from it until the result is dropped. Cargo gives the images of all variants one name:
+    /// of two builds at a time, one command would take the image of the other, which may drive the servos where its own does not.
+    pub(crate) fn images_alone(&self) -> Result<File> {
+        let path = self.images()?.join(".lock");
+        let file = File::create(&path).with_context(|| format!("making {}", path.display()))?;
+        if file.try_lock().is_err() {
+            eprintln!("build: waits for another command that builds an image");
+        }
+        file.lock().with_context(|| format!("waiting for {}", path.display()))?;
+        Ok(file)
+    }
+
+    /// Reads the image, seals it, and keeps that under a name of its own.
+    fn image(&self, built: &Path, features: &str) -> Result<Image> {
+        let copy = self.images()?.join(format!("firmware-{}.elf", features.replace(',', "-")));
         let elf = sealed(built, &copy)?;
         let place = || format!("in {}", built.display());
         let footprint = image::footprint(&elf).with_context(place)?;
