@@ -75,6 +75,12 @@ impl<'a> Page<'a> {
         said
     }
 
+    /// Sets a parameter of the board, which is not a line of the page.
+    fn set(&self, change: &str) {
+        let set = self.command(&format!("cargo footfall set --serial {PORT} {change}")).output().expect("a shell");
+        assert!(set.status.success(), "{change}: {}", String::from_utf8_lossy(&set.stderr));
+    }
+
     /// A line that shows something until it is ended.
     fn shows(&mut self, line: &str, words: &str) -> Log {
         self.take(line);
@@ -235,8 +241,16 @@ fn those_of_boards_flash_keep_and_watch() {
     assert!(page.ends("cargo xtask run --pace -- --serial").contains("/dev/pts/"), "the name of the port");
 
     page.ends("cargo footfall defaults generator > walk.toml");
+    // A gait by name is no generator of a file; `save` says so, and what to do.
+    page.set("gait own");
     page.ends("cargo xtask board save walk.toml --serial /dev/ttyACM0 -o tuned.toml");
-    std::fs::remove_file(page.folder.path().join("tuned.toml")).expect("removed");
+    // The next lines are other ways to the same file.
+    for made in ["tuned.toml", "tuned.certificate.json"] {
+        std::fs::remove_file(page.folder.path().join(made)).expect("removed");
+    }
+    // The same without a probe begins with the same board.
+    bench.must("board erase --generator");
+    page.set("speed 1.2");
     page.ends("cargo footfall save walk.toml --serial /dev/ttyACM0 -o tuned.toml");
     std::fs::remove_file(page.folder.path().join("tuned.toml")).expect("removed");
     page.ends("cargo footfall save samples/generator.toml --set speed=1.2 --set offset_left_hip=-2.5 -o tuned.toml");
