@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         watch_records_mcap_too_and_other_names_are_refused(),
         angles_are_the_boards_own(),
         samples_missed_by_a_stalled_reader_are_counted(),
+        samples_before_the_capture_are_not_lost_ones(),
         raw_bytes_of_a_real_board_make_the_same_capture(),
         endless_noise_ends_the_command(),
         a_late_start_records_codes_without_the_boot_record(),
@@ -214,6 +215,22 @@ fn samples_missed_by_a_stalled_reader_are_counted() {
     let (angles, all) = (numbers(&csv, "left_knee_deg"), numbers(&reference, "left_knee_deg"));
     let off: Vec<f64> = angles[2000..].iter().zip(&all[2250..]).map(|(a, b)| (a - b).abs()).collect();
     assert!(off[100..].iter().all(|off| *off < 0.05), "{:?}", &off[..110]);
+}
+
+/// A board that nobody read: its buffer has the first samples, and the capture begins later.
+fn samples_before_the_capture_are_not_lost_ones() {
+    let mut simulated = walked(4);
+    simulated.lines.retain(|line| {
+        let object: Value = serde_json::from_str(line).unwrap();
+        object["type"] != "rtt" || !(0.2405..2.2505).contains(&object["t_s"].as_f64().unwrap())
+    });
+    let bench = Bench::plays(&simulated.lines);
+    let (file, output) = record(&bench, "walk.csv", &["--secs", "4"]);
+    let said = complaints(&output);
+    assert!(said.contains("1990 samples, 0 lost") && said.contains("from the board's buffer, 2.0 s before"), "{said}");
+    let counts = &about(&file)["counts"];
+    assert_eq!((&counts["lost_samples"], &counts["periods_before"]), (&0.into(), &2010.into()));
+    assert_eq!(numbers(&file, "lost"), [0.0; 1990]);
 }
 
 fn raw_bytes_of_a_real_board_make_the_same_capture() {

@@ -112,6 +112,7 @@ pub(crate) fn counts(counts: &Counts) -> Value {
     json!({
         "samples": counts.samples,
         "lost_samples": counts.lost,
+        "periods_before": counts.before,
         "gaps": counts.gaps.iter().map(gap).collect::<Vec<_>>(),
         "missed_periods": counts.missed,
         "dropped_by_the_board": counts.board_dropped,

@@ -9,6 +9,9 @@
 //! the number of lost ones. The copy of the loop stops there, since its state depends on all earlier inputs. The sensor chain starts
 //! again with the next sample, as on a board after boot, and is exact once its filter and its plausibility limits no longer depend on
 //! earlier samples.
+//!
+//! A board whose log nobody reads fills its buffer and drops what follows: a gap after the first [`BUFFERED`] samples or fewer is the time before
+//! the capture began, and no loss.
 
 use crate::board::host_copy::loop_of;
 use crate::board::replay::{Difference, Replay, differences};
@@ -24,6 +27,9 @@ const WAITING: usize = 64;
 
 /// Frames that wait for their inputs.
 const WAITING_LINES: usize = 16;
+
+/// Samples that a board's buffers hold at most: 240 in that of RTT channel 1, the others in its queues.
+const BUFFERED: u64 = 400;
 
 /// Number of differences that are kept.
 const KEPT_DIFFERENCES: usize = 10;
@@ -97,6 +103,8 @@ pub struct Counts {
     pub samples: u64,
     /// Control periods without a sample, from the gaps of the inputs records.
     pub lost: u64,
+    /// Control periods between the samples that the board's buffers held and the beginning of the capture. They are not lost ones.
+    pub before: u64,
     /// The gaps: boot, last tick before, first tick after. The first thousand.
     pub gaps: Vec<(u32, u32, u32)>,
     /// Control periods in which the board's loop did not run, from the board's counter; they have no sample.
@@ -254,7 +262,9 @@ impl Sampler {
             });
         }
         if lost > 0 {
-            self.counts.lost += u64::from(lost);
+            let taken = self.counts.samples + self.waiting.len() as u64;
+            let began = self.counts.gaps.is_empty() && taken <= BUFFERED;
+            *(if began { &mut self.counts.before } else { &mut self.counts.lost }) += u64::from(lost);
             if self.counts.gaps.len() < KEPT_GAPS {
                 self.counts.gaps.push((self.boot, self.last.unwrap_or(0), inputs.first_tick));
             }
