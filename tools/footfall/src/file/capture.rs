@@ -75,7 +75,8 @@ pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
     let Counts { samples, lost, before, missed, malformed, edges, .. } = counts;
     let mut text = format!("{}: {samples} samples, {lost} lost, {missed} periods missed by the board", out.display());
     if *before > 0 {
-        text += &format!(", the first ones from the board's buffer, {:.1} s before the others", *before as f64 / 1000.0);
+        text +=
+            &format!(", the first ones from the board's buffer, {:.1} s before the others", *before as f64 / 1000.0);
     }
     if *edges > 0 {
         text += &format!(", {edges} edges at the synchronisation input in {}", edges_beside(out).display());
