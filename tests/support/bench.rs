@@ -102,8 +102,8 @@ impl Bench {
 
     /// Whether pulses came within the last 200 ms of the board's time.
     pub fn has_pulses(&self) -> bool {
-        let last = |kind: &str| self.of_kind(kind).last().and_then(|line| line["t_s"].as_f64()).unwrap_or(-1.0);
-        last("pulses") > last("status") - 0.2
+        let last = |kind: &str| self.of_kind(kind).last().and_then(|line| line["t_s"].as_f64());
+        last("pulses").is_some_and(|pulses_s| pulses_s > last("status").unwrap_or(0.0) - 0.2)
     }
 
     /// Gives the board a command.
