@@ -100,7 +100,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         &[
             "cargo +nightly fuzz run --sanitizer none --no-default-features generator_record -- -max_total_time=600 -timeout=10 -rss_limit_mb=2048",
             "cargo +nightly fuzz run --sanitizer none gait_c3d fuzz/corpus/gait_c3d tools/gait-trace/tests/corpus/c3d -- -max_total_time=600",
-            "cargo +nightly fuzz cmin --sanitizer none generator_record",
             "cargo xtask mutants",
             "cargo xtask mutants --jobs 2",
             "cargo xtask mutants --shard 0/8",
