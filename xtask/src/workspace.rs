@@ -16,9 +16,6 @@ use crate::setup::{self, Need, Required};
 use crate::shell;
 use crate::toolchain::{SMALLEST_TARGET, TARGET, Toolchain};
 
-/// The compiler of C for the board, with which tests/step-cost is compared.
-pub(crate) const C_COMPILER: &str = "arm-none-eabi-gcc";
-
 /// The workspace and what it is built with.
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -84,8 +81,8 @@ impl Workspace {
 
     /// Installs everything that a command may need, and these groups of tools, which are required then. Returns what is missing.
     pub(crate) fn install(&mut self, groups: &[Need]) -> Result<Vec<(Need, String)>> {
-        let mut needs = vec![Need::BoardCompiler, Need::VirtualBoard, Need::Qemu];
-        needs.extend(groups.iter().filter(|&&group| group != Need::Qemu));
+        let mut needs = vec![Need::BoardCompiler, Need::VirtualBoard];
+        needs.extend(groups);
         self.prepare(&needs, &Required::from_environment()?.and(groups))
     }
 
@@ -226,37 +223,22 @@ impl Workspace {
         Ok(Image { elf: copy, footprint, double_precision })
     }
 
-    /// The self-test of the processor core, which needs no peripheral.
-    pub(crate) fn core_selftest(&self) -> Result<PathBuf> {
-        let cargo = self.thumb_build("core-selftest", &[])?;
-        one_program(Build { label: "core-selftest", cargo, executables: &["core-selftest"] })
-    }
-
     /// The program that counts the instructions of every generator's step.
     pub(crate) fn step_cost(&self) -> Result<PathBuf> {
-        one_program(Build { label: "step-cost", cargo: self.step_cost_build()?, executables: &["step-cost"] })
-    }
-
-    /// The build of the programs of `tests/step-cost`; its build script is run again where a compiler of C is found or lost.
-    fn step_cost_build(&self) -> Result<Command> {
-        let mut cargo = self.thumb_build("step-cost", &[])?;
-        cargo.env("FOOTFALL_C_COMPILER", shell::on_path(C_COMPILER).unwrap_or_default());
-        Ok(cargo)
-    }
-
-    /// The program that steps networks in Rust and in C, for the board.
-    pub(crate) fn beside_c(&self) -> Result<PathBuf> {
-        one_program(Build { label: "beside-c", cargo: self.step_cost_build()?, executables: &["beside-c"] })
-    }
-
-    /// The program whose instructions the virtual board and QEMU count.
-    pub(crate) fn witness(&self) -> Result<PathBuf> {
-        one_program(Build { label: "witness", cargo: self.step_cost_build()?, executables: &["witness"] })
+        one_program(Build {
+            label: "step-cost",
+            cargo: self.thumb_build("step-cost", &[])?,
+            executables: &["step-cost"],
+        })
     }
 
     /// The program that plays changes of gait, for the board.
     pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
-        one_program(Build { label: "gait-changes", cargo: self.step_cost_build()?, executables: &["gait-changes"] })
+        one_program(Build {
+            label: "gait-changes",
+            cargo: self.thumb_build("step-cost", &[])?,
+            executables: &["gait-changes"],
+        })
     }
 
     /// The same program for the host. Beside packages of the host tests its dependencies have the features that they have there; those that only tests
@@ -292,15 +274,6 @@ impl Workspace {
         // Features that only tests ask for are counted in because of the example, which the host tests build.
         cargo.args(["build", "--bin", "footfall", "--example", "endurance"]);
         one_program(Build { label: "footfall, as the tests build it", cargo, executables: &["footfall"] })
-    }
-
-    /// The command-line program, and the one that measures it.
-    pub(crate) fn footfall_and_host_bench(&self) -> Result<[PathBuf; 2]> {
-        let build = host_build("footfall and host-bench", &["footfall", "host-bench"], &[WHEEL]);
-        eprintln!("build: {}", build.label);
-        let built: Vec<PathBuf> = progress::build(vec![build])?.into_iter().flatten().collect();
-        <[PathBuf; 2]>::try_from(built)
-            .map_err(|_| anyhow::anyhow!("cargo built other programs than the two that were asked for"))
     }
 }
 

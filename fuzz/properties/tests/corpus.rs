@@ -19,6 +19,7 @@ fn all() -> Vec<Target> {
     [&TARGETS[..], &PROGRAM_TARGETS[..]].concat()
 }
 
+#[cfg(feature = "program")]
 fn names(folder: &Path) -> BTreeSet<String> {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     entries.map(|entry| entry.expect("readable").file_name().into_string().expect("text")).collect()
