@@ -349,22 +349,6 @@ mod tests {
         assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
     }
 
-    /// By name and version, the features that each crate is compiled with, through these edges of the packages that `arguments` select.
-    fn crates(edges: &str, arguments: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
-        let mut cargo = shell::cargo();
-        cargo.args(["tree", "--edges", edges, "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
-        // Without a package those of `cargo test`.
-        cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
-        let tree = shell::stdout_of(&mut cargo).unwrap();
-        let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
-        let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
-        for line in lines.filter(|line| !line.is_empty()) {
-            let (name, features) = line.split_once(';').unwrap();
-            crates.entry(name.into()).or_default().insert(features.into());
-        }
-        crates
-    }
-
     /// The Discovery without a name from the root, each board by its name in the folder of the firmware: two chips at once do not compile.
     #[test]
     fn cargo_alone_has_one_chip() {
@@ -387,44 +371,5 @@ mod tests {
             let chips: Vec<&str> = features.split([',', ' ']).filter(|name| name.starts_with("stm32f")).collect();
             assert_eq!(chips, [chip], "{folder} {arguments:?}");
         }
-    }
-
-    /// Otherwise the wheel of the tests would compile the crates of the fits once more. Windows has crates of its own, with other features.
-    #[test]
-    #[cfg(not(windows))]
-    fn the_wheel_of_the_tests_shares_the_crates_of_the_host_tests() {
-        let tests = crates("normal,build,dev", &[]);
-        let mut wheel = crates("normal,build", &["--package", WHEEL, "--features", "as-in-tests"]);
-        wheel.retain(|name, _| tests.contains_key(name));
-        assert!(wheel.len() > 100 && wheel.keys().any(|name| name.starts_with("gait-fit ")), "{wheel:?}");
-        wheel.retain(|name, features| !features.is_subset(&tests[name]));
-        assert!(wheel.is_empty(), "built for the wheel once more, with other features: {wheel:#?}");
-    }
-
-    /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
-    /// `cargo footfall` nor the tests of the virtual board, nor the build of a wheel by `pip install` may do so with a crate of other people. (The
-    /// program's own crates are compiled again where the full program asks more of them.) Nor may the programs that look at images
-    /// give another feature to a crate of that build.
-    #[test]
-    fn the_host_programs_share_their_crates() {
-        // Those of other people: they have no folder.
-        let crates = |arguments: &[&str]| {
-            let mut crates = crates("normal,build", arguments);
-            crates.retain(|name, _| !name.contains(" ("));
-            crates
-        };
-        let run = crates(&["--package", "virtual-board", "--package", "footfall", "--no-default-features"]);
-        let wheel = ["--package", "footfall", "--package", WHEEL];
-        for later in [&["--package", "virtual-board"][..], &wheel[..2], &wheel[..]] {
-            let mut later_crates = crates(later);
-            later_crates.retain(|name, _| run.contains_key(name));
-            assert!(later_crates.len() > 50, "{later:?} has crates");
-            later_crates.retain(|name, features| !features.is_subset(&run[name]));
-            assert!(later_crates.is_empty(), "built for {later:?} once more, with other features: {later_crates:#?}");
-        }
-        let images = crates(&[&wheel[..], &["--package", "audit", "--package", "board-cost"]].concat());
-        let mut wheel = crates(&wheel);
-        wheel.retain(|name, features| !features.is_subset(&images[name]));
-        assert!(wheel.is_empty(), "built for the images once more, with other features: {wheel:#?}");
     }
 }
