@@ -317,8 +317,6 @@ fn executable(build: Build) -> Result<PathBuf> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::{BTreeMap, BTreeSet};
-
     use super::*;
 
     #[test]
