@@ -160,15 +160,10 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
             kinds.push(json!({ "kind": kind, "cost": row(&counted, GENERATE)? }));
         }
         if place == 0 {
-            let other = programs.count(&trace, secs, &["--cache-prefetched"])?;
             let mut image = counted["image"].clone();
             image["stack_used_bytes"] = end["cost"]["stack_used"].clone();
             image["stack_bytes"] = end["cost"]["stack_size"].clone();
-            head = json!({
-                "compiler": counted["compiler"],
-                "image": image,
-                "tick_if_prefetched_lines_are_cached": row(&other, "tick")?["cycles"],
-            });
+            head = json!({ "compiler": counted["compiler"], "image": image });
         }
         if place < WITH_TICK {
             let ticks = secs * TICKS_HZ;

@@ -17,9 +17,7 @@ const HEAD: &str = include_str!("performance_head.txt");
 pub(super) fn page(result: &Value) -> Result<String> {
     let mut text = HEAD.to_owned();
     let first = result["set_ups"].get(0).context("no set-up was measured")?;
-    let tick = part(first, "tick")?;
     let number = |value: &Value| value.as_u64().context("a number is missing");
-    let other = number(&result["tick_if_prefetched_lines_are_cached"]["median"])?;
     let secs = number(&result["secs"])?;
     let compiler = result["compiler"].as_str().context("no compiler")?;
     // Writing to a String cannot fail.
@@ -28,15 +26,9 @@ pub(super) fn page(result: &Value) -> Result<String> {
         "Measured over {secs} s of walking in each set-up, on the virtual board, with the image for the STM32F4 Discovery at {} MHz, built by\n{compiler}.\n",
         number(&result["hclk_hz"])? / 1_000_000
     );
-    let _ = writeln!(
-        text,
-        "The manual of the flash does not say whether a prefetched line goes into the cache. The model says no; if it does, the median of the tick in the\nfirst set-up is not {} but {other} modelled cycles.\n",
-        number(&tick["cycles"]["median"])?
-    );
     text += "## A tick in each set-up\n\n";
-    text += "A tick is the interrupt at the end of the samples and the control task. The last column is all code, with the tasks below the tick and\n\
-             the other interrupts, as a part of the processor's time, the mean over the run.\n\n";
-    text += "| set-up | instructions: min, median, p99, max | modelled cycles: min, median, p99, max | of 1 ms, at most | all code |\n|---|---|---|---|---|\n";
+    text += "The last column is all code as a part of the processor's time, the mean over the run.\n\n";
+    text += "| set-up | instructions: median, max | modelled cycles: median, max | of 1 ms, at most | all code |\n|---|---|---|---|---|\n";
     let period = number(&result["hclk_hz"])? / 1000;
     let set_ups = result["set_ups"].as_array().context("no set-ups")?;
     for set_up in set_ups {
@@ -46,31 +38,32 @@ pub(super) fn page(result: &Value) -> Result<String> {
             text,
             "| {} | {} | {} | {most:.1} % | {} % |",
             name(&set_up["name"])?,
-            spread(&tick["instructions"])?,
-            spread(&tick["cycles"])?,
+            both(&tick["instructions"])?,
+            both(&tick["cycles"])?,
             set_up["load_percent"]
         );
     }
-    text += "\n## Each kind of generator\n\nThe stage `generate` of a tick: observation of the person, a step, the check of the state, and four angles.\n\n";
-    text += "| kind | instructions: min, median, p99, max | modelled cycles: min, median, p99, max |\n|---|---|---|\n";
+    text += "\n## Each kind of generator\n\nThe stage `generate` of a tick.\n\n";
+    text += "| kind | instructions: median, max | modelled cycles: median, max |\n|---|---|---|\n";
     for one in result["generators"].as_array().context("no generators")? {
         let cost = &one["cost"];
         let _ = writeln!(
             text,
             "| {} | {} | {} |",
             name(&one["kind"])?,
-            spread(&cost["instructions"])?,
-            spread(&cost["cycles"])?
+            both(&cost["instructions"])?,
+            both(&cost["cycles"])?
         );
     }
     text += &other_boards(first, result)?;
-    text += "\n## Each part of a control period, default set-up\n\nA row of the thread is a round of the telemetry task, 2 ms; one of an interrupt is a call of its handler.\n\n\
+    text += "\n## Each stage of the tick, default set-up\n\n\
              | part | instructions: median, max | modelled cycles: median, max |\n|---|---|---|\n";
-    for row in first["rows"].as_array().context("no parts")? {
-        text += &row_of_a_part(row)?;
+    let rows = first["rows"].as_array().context("no parts")?;
+    for row in rows.iter().filter(|row| row["part"].as_str().is_some_and(|part| part.starts_with("tick"))) {
+        let _ =
+            writeln!(text, "| {} | {} | {} |", name(&row["part"])?, both(&row["instructions"])?, both(&row["cycles"])?);
     }
-    text += "\n## Memory\n\nIn bytes. The stack has 92 KiB of the 128 of the RAM (`memory.x`), variables and buffers 36 at most. Its use is that of the first set-up, by a pattern that the start-up code writes; its bound is that of\n\
-             `audit stack`.\n\n| flash | variables and buffers | stack, bound | stack, used | stack, size |\n|---|---|---|---|---|\n";
+    text += "\n## Memory\n\nIn bytes; the bound of the stack by `audit stack`, its use in the default set-up.\n\n| flash | variables and buffers | stack, bound | stack, used | stack, size |\n|---|---|---|---|---|\n";
     let image = &result["image"];
     let bytes = ["flash_bytes", "static_ram_bytes", "stack_bound_bytes", "stack_used_bytes", "stack_bytes"];
     let bytes = bytes.map(|key| image[key].to_string());
@@ -78,22 +71,11 @@ pub(super) fn page(result: &Value) -> Result<String> {
     Ok(text)
 }
 
-/// A row of the table of parts.
-fn row_of_a_part(row: &Value) -> Result<String> {
-    let both = |what: &str| {
-        let number = |key: &str| row[what][key].as_u64().context("a number of a part is missing");
-        Ok::<String, anyhow::Error>(format!("{}, {}", number("median")?, number("max")?))
-    };
-    Ok(format!("| {} | {} | {} |\n", name(&row["part"])?, both("instructions")?, both("cycles")?))
-}
-
 /// A tick on the other boards, beside that of the Discovery, and what their images take.
 fn other_boards(first: &Value, result: &Value) -> Result<String> {
     let mut text = String::from(
-        "\n## Other boards\n\nThe tick of each board's own image; `of 1 ms` is its longest. The Black Pill runs on the virtual board, with the model of cycles of the Discovery at\n\
-         its own clock and wait states. The Pico runs on rp2040js, which counts one or two cycles an instruction, no wait for memory and none at the entry into an\n\
-         interrupt ([Raspberry Pi Pico](pico.md)); its row is of one second, and without the interrupt at the end of the samples, which is a part of the other\n\
-         ticks. Flash and RAM are in KiB, RAM without the stack; in the Pico's is the code of the tick.\n\n\
+        "\n## Other boards\n\nThe Pico runs on rp2040js ([Raspberry Pi Pico](pico.md)), without the interrupt at the end of the samples. Flash and RAM are in KiB, RAM without the\n\
+         stack; `of 1 ms` is the longest tick.\n\n\
          | board | core, MHz | set-up | instructions: median, max | cycles: median, max | of 1 ms | flash, RAM |\n|---|---|---|---|---|---|---|\n",
     );
     let discovery =
@@ -147,12 +129,10 @@ fn name(value: &Value) -> Result<&str> {
     value.as_str().context("a name is missing")
 }
 
-/// `1, 2, 3, 4`, or one number where all are equal.
-fn spread(of: &Value) -> Result<String> {
-    let numbers = ["min", "median", "p99", "max"].map(|key| of[key].as_u64());
-    let numbers = numbers.into_iter().collect::<Option<Vec<u64>>>().context("a number of a part is missing")?;
-    let all = numbers.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
-    Ok(if numbers.iter().all(|number| *number == numbers[0]) { numbers[0].to_string() } else { all })
+/// Median and maximum.
+fn both(of: &Value) -> Result<String> {
+    let number = |key: &str| of[key].as_u64().context("a number of a part is missing");
+    Ok(format!("{}, {}", number("median")?, number("max")?))
 }
 
 #[cfg(test)]
