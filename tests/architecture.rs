@@ -23,17 +23,15 @@ const CORE_LIBRARIES: [&str; 9] =
 
 /// Packages that nothing may depend on, but what [`nothing_depends_on_an_end`] names: programs, families, chores and tests. The virtual board is one for
 /// its licence too (GPL-2.0-only).
-const ENDS: [&str; 14] = [
+const ENDS: [&str; 12] = [
     "audit",
     "bare-metal-example",
     "book",
-    "core-selftest",
     "firmware",
     "firmware-rp2040",
     "footfall-c",
     "footfall-python",
     "footfall-tests",
-    "host-bench",
     "link-proof",
     "step-cost",
     "virtual-board",
@@ -47,11 +45,10 @@ const FAMILIES: [&str; 2] = ["firmware", "firmware-rp2040"];
 const READERS_OF_THE_TABLES: [&str; 4] = ["audit", "board-cost", "footfall", "footfall-tests"];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 11] = [
+const NOT_DEFAULT: [&str; 10] = [
     "audit",
     "bare-metal-example",
     "board-cost",
-    "core-selftest",
     "firmware",
     "firmware-rp2040",
     "footfall-c",
@@ -211,8 +208,7 @@ fn only_the_firmware_names_a_chip_family() {
             let chip = ["embassy", "stm32", "defmt-rtt", "panic-"].iter().any(|prefix| library.starts_with(prefix));
             assert!(!chip || FAMILIES.contains(&name), "{name} depends on {library}");
             let processor = library.starts_with("cortex-m");
-            let bare =
-                ["bare-metal-example", "core-selftest", "firmware", "firmware-rp2040", "link-proof"].contains(&name);
+            let bare = ["bare-metal-example", "firmware", "firmware-rp2040", "link-proof"].contains(&name);
             assert!(!processor || bare, "{name} depends on {library}");
         }
     }

@@ -21,7 +21,7 @@ fn names_are_split_into_their_parts() {
         ("HTTPServer", vec!["http", "server"]),
         ("everybody", vec!["everybody"]),
         ("A_LONG_NAME2", vec!["a", "long", "name"]),
-        ("core-selftest", vec!["core", "selftest"]),
+        ("link-proof", vec!["link", "proof"]),
     ] {
         assert_eq!(parts(name), want, "{name}");
     }

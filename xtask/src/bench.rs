@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), of the programs for the host (`host`), and of each generator.
+//! `cargo xtask bench`: the cost of each part of the flashed image (`board`), and of each generator.
 //!
 //! `cargo xtask bench oscillators` prints the gait error and the cost of each generator in one table, `cargo xtask bench pico` the cost of a tick on the
 //! Raspberry Pi Pico.
@@ -6,21 +6,13 @@
 //! Two programs give the numbers: `footfall gait-error` the error on the default recording, on the host; `step-cost` the instructions of
 //! a step, on the virtual board, which counts one cycle an instruction. None of them is a time: cycles need a chip.
 
-mod beside_c;
 mod board;
-mod compared;
-mod counted;
-mod host;
 mod page;
 mod pico;
-mod qemu;
-mod qemu_log;
 
-pub(crate) use board::compare as compare_instructions;
 pub(crate) use pico::compare as compare_pico;
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
@@ -31,11 +23,6 @@ use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
 
-/// Compares the counts of QEMU with those of the virtual board, and what is counted with docs/performance.json; what was compared.
-pub(crate) fn compare_with_qemu(workspace: &Workspace, virtual_board: &Path) -> Result<String> {
-    qemu::compare(workspace, virtual_board, &compared::baseline()?)
-}
-
 /// What to measure.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Bench {
@@ -45,12 +32,10 @@ pub(crate) enum Bench {
         #[arg(long)]
         json: bool,
     },
-    /// Every part of the flashed image: instructions, exact, and modelled cycles, in five set-ups; flash, RAM and stack
+    /// Every part of the flashed image: instructions, exact, and modelled cycles, in seven set-ups; flash, RAM and stack
     Board(board::Options),
     /// The image of the Raspberry Pi Pico: its size, and the cycles of a tick by function, on rp2040js
     Pico,
-    /// The programs for the host: the thesis' search, whole fits, readers, folders of recordings, and other programs beside them
-    Host(host::Options),
 }
 
 /// Steps that `step-cost` counts.
@@ -101,7 +86,6 @@ pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
         Bench::Oscillators { json } => oscillators(*json)?,
         Bench::Board(options) => board::bench(options)?,
         Bench::Pico => pico::bench()?,
-        Bench::Host(options) => return host::bench(options),
     }
     Ok(ExitCode::SUCCESS)
 }

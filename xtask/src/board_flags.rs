@@ -6,7 +6,7 @@
 //! environment, which every other setting of flags yields to; flags of the user's environment stay in front of them.
 //!
 //! **Order of instructions.** On a Cortex-M4F it is that of the source ([`ORDER`]). The compiler's own order loads many numbers early, and then stores
-//! those that find no register on the stack; docs/performance.md has what each costs. It stands before the user's flags, which can name another one.
+//! those that find no register on the stack. It stands before the user's flags, which can name another one.
 
 use std::path::{Path, PathBuf};
 

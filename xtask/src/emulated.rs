@@ -1,16 +1,12 @@
-//! Programs that need no peripheral: on the virtual board, with the lines that they print by semihosting, and on QEMU.
+//! Programs that need no peripheral: on the virtual board, with the lines that they print by semihosting.
 
 use std::path::Path;
-use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use serde_json::Value;
 
 use crate::shell;
-
-/// The other emulator of a Cortex-M4F.
-pub(crate) const QEMU: &str = "qemu-system-arm";
 
 /// The programs take seconds; a broken one may never end.
 const DEADLINE: Duration = Duration::from_secs(300);
@@ -25,13 +21,4 @@ pub(crate) fn lines(virtual_board: &Path, elf: &Path, log: &Path) -> Result<Vec<
     let lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
     let texts = lines.filter(|line| line["type"] == "semihosting");
     Ok(texts.map(|line| line["text"].as_str().unwrap_or_default().to_owned()).collect())
-}
-
-/// QEMU's STM32F405 without console, whose core and interrupt controller are complete (its peripherals are not). A program ends it by
-/// semihosting; `more` are further options of that.
-pub(crate) fn qemu(more: &str) -> Command {
-    let mut qemu = shell::command(QEMU);
-    qemu.args(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"]);
-    qemu.arg("-semihosting-config").arg(format!("enable=on,target=native{more}"));
-    qemu
 }

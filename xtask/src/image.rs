@@ -1,4 +1,4 @@
-//! What an image's ELF file says: its size in flash and RAM, its bytes in flash, its functions, its compiler, and whether it computes in
+//! What an image's ELF file says: its size in flash and RAM, its bytes in flash, its compiler, and whether it computes in
 //! double precision.
 
 use std::fmt;
@@ -7,7 +7,7 @@ use std::ops::Range;
 use anyhow::{Context, Result, ensure};
 use object::elf::{PT_LOAD, SHF_ALLOC, SHT_NOBITS};
 use object::read::elf::{ElfFile32, ProgramHeader as _, SectionHeader as _};
-use object::{LittleEndian, Object as _, ObjectSymbol as _, ObjectSymbolTable as _, SymbolKind};
+use object::{LittleEndian, Object as _, ObjectSymbol as _, ObjectSymbolTable as _};
 
 use crate::probe::{SECTOR_BYTES, Sector};
 
@@ -134,29 +134,22 @@ fn segments(elf: &[u8]) -> Result<Vec<(u32, Range<usize>)>> {
 }
 
 /// Names and addresses of the symbols that `wanted` takes.
-fn symbols(elf: &[u8], wanted: fn(&str, SymbolKind) -> bool) -> Result<Vec<(String, u32)>> {
+fn symbols(elf: &[u8], wanted: fn(&str) -> bool) -> Result<Vec<(String, u32)>> {
     let file = parse(elf)?;
     let table = file.symbol_table().context("the ELF file has no symbol table")?;
     let mut found = Vec::new();
     for symbol in table.symbols() {
         let name = symbol.name().context("a symbol has no name in the ELF file")?;
-        if wanted(name, symbol.kind()) {
+        if wanted(name) {
             found.push((name.to_owned(), symbol.address() as u32));
         }
     }
     Ok(found)
 }
 
-/// Names and addresses of the functions.
-pub(crate) fn functions(elf: &[u8]) -> Result<Vec<(String, u32)>> {
-    let functions = symbols(elf, |_, kind| kind == SymbolKind::Text)?;
-    // Bit 0 says that the code is Thumb.
-    Ok(functions.into_iter().map(|(name, address)| (name, address & !1)).collect())
-}
-
 /// The boards that the image is for, by the symbols that `firmware/build.rs` makes: names of Cargo's features with `_` in place of `-`.
 pub(crate) fn board_symbols(elf: &[u8]) -> Result<Vec<String>> {
-    let found = symbols(elf, |name, _| name.starts_with(BOARD_SYMBOL))?;
+    let found = symbols(elf, |name| name.starts_with(BOARD_SYMBOL))?;
     Ok(found.into_iter().filter_map(|(name, _)| name.strip_prefix(BOARD_SYMBOL).map(str::to_owned)).collect())
 }
 
@@ -165,7 +158,7 @@ const BOARD_SYMBOL: &str = "__board_";
 
 /// Routines that compute in double precision: the Cortex-M4F does that in software, fifty times slower than in single precision.
 pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>> {
-    let found = symbols(elf, |name, _| is_double_precision(name))?;
+    let found = symbols(elf, |name| is_double_precision(name))?;
     let mut names: Vec<String> = found.into_iter().map(|(name, _)| name).collect();
     names.sort();
     names.dedup();
@@ -287,21 +280,6 @@ pub(crate) mod tests {
         file
     }
 
-    /// A file with code in flash, and a symbol table of functions: (name, value) each.
-    pub(crate) fn with_functions(address: u32, code: &[u8], functions: &[(&str, u32)]) -> Vec<u8> {
-        let functions: Vec<(&str, u32)> = functions.iter().map(|(name, value)| (*name, address + value)).collect();
-        let mut file = with_symbols(&functions);
-        let (headers, length) = (file.len() as u32, code.len() as u32);
-        file[0x1c..0x20].copy_from_slice(&headers.to_le_bytes());
-        file[0x2a..0x2c].copy_from_slice(&(SEGMENT as u16).to_le_bytes());
-        file[0x2c..0x2e].copy_from_slice(&1_u16.to_le_bytes());
-        for field in [PT_LOAD, headers + SEGMENT as u32, address, address, length, length, 5, 4] {
-            file.extend_from_slice(&field.to_le_bytes());
-        }
-        file.extend_from_slice(code);
-        file
-    }
-
     #[test]
     fn an_image_has_a_part_on_each_side_of_the_parameters() {
         let vectors = (0x0800_0000, &b"vectors"[..]);
@@ -335,14 +313,6 @@ pub(crate) mod tests {
         assert!(
             double_precision(&elf(&[(0, 0, 0, 0), (3, 0, 0, 0)])).unwrap_err().to_string().contains("no symbol table")
         );
-    }
-
-    #[test]
-    fn functions_have_even_addresses_and_data_is_none() {
-        let mut file = with_functions(0x0800_0000, &[], &[("data", 0x10), ("step", 0x101)]);
-        // The type of the symbol `data`.
-        file[HEADER + 3 * SECTION + SYMBOL + 12] = 1;
-        assert_eq!(functions(&file).unwrap(), [("step".to_owned(), 0x0800_0100)]);
     }
 
     #[test]

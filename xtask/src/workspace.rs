@@ -16,9 +16,6 @@ use crate::setup::{self, Need, Required};
 use crate::shell;
 use crate::toolchain::{SMALLEST_TARGET, TARGET, Toolchain};
 
-/// The compiler of C for the board, with which tests/step-cost is compared.
-pub(crate) const C_COMPILER: &str = "arm-none-eabi-gcc";
-
 /// The workspace and what it is built with.
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -84,8 +81,8 @@ impl Workspace {
 
     /// Installs everything that a command may need, and these groups of tools, which are required then. Returns what is missing.
     pub(crate) fn install(&mut self, groups: &[Need]) -> Result<Vec<(Need, String)>> {
-        let mut needs = vec![Need::BoardCompiler, Need::VirtualBoard, Need::Qemu];
-        needs.extend(groups.iter().filter(|&&group| group != Need::Qemu));
+        let mut needs = vec![Need::BoardCompiler, Need::VirtualBoard];
+        needs.extend(groups);
         self.prepare(&needs, &Required::from_environment()?.and(groups))
     }
 
@@ -226,37 +223,22 @@ impl Workspace {
         Ok(Image { elf: copy, footprint, double_precision })
     }
 
-    /// The self-test of the processor core, which needs no peripheral.
-    pub(crate) fn core_selftest(&self) -> Result<PathBuf> {
-        let cargo = self.thumb_build("core-selftest", &[])?;
-        one_program(Build { label: "core-selftest", cargo, executables: &["core-selftest"] })
-    }
-
     /// The program that counts the instructions of every generator's step.
     pub(crate) fn step_cost(&self) -> Result<PathBuf> {
-        one_program(Build { label: "step-cost", cargo: self.step_cost_build()?, executables: &["step-cost"] })
-    }
-
-    /// The build of the programs of `tests/step-cost`; its build script is run again where a compiler of C is found or lost.
-    fn step_cost_build(&self) -> Result<Command> {
-        let mut cargo = self.thumb_build("step-cost", &[])?;
-        cargo.env("FOOTFALL_C_COMPILER", shell::on_path(C_COMPILER).unwrap_or_default());
-        Ok(cargo)
-    }
-
-    /// The program that steps networks in Rust and in C, for the board.
-    pub(crate) fn beside_c(&self) -> Result<PathBuf> {
-        one_program(Build { label: "beside-c", cargo: self.step_cost_build()?, executables: &["beside-c"] })
-    }
-
-    /// The program whose instructions the virtual board and QEMU count.
-    pub(crate) fn witness(&self) -> Result<PathBuf> {
-        one_program(Build { label: "witness", cargo: self.step_cost_build()?, executables: &["witness"] })
+        one_program(Build {
+            label: "step-cost",
+            cargo: self.thumb_build("step-cost", &[])?,
+            executables: &["step-cost"],
+        })
     }
 
     /// The program that plays changes of gait, for the board.
     pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
-        one_program(Build { label: "gait-changes", cargo: self.step_cost_build()?, executables: &["gait-changes"] })
+        one_program(Build {
+            label: "gait-changes",
+            cargo: self.thumb_build("step-cost", &[])?,
+            executables: &["gait-changes"],
+        })
     }
 
     /// The same program for the host. Beside packages of the host tests its dependencies have the features that they have there; those that only tests
@@ -292,15 +274,6 @@ impl Workspace {
         // Features that only tests ask for are counted in because of the example, which the host tests build.
         cargo.args(["build", "--bin", "footfall", "--example", "endurance"]);
         one_program(Build { label: "footfall, as the tests build it", cargo, executables: &["footfall"] })
-    }
-
-    /// The command-line program, and the one that measures it.
-    pub(crate) fn footfall_and_host_bench(&self) -> Result<[PathBuf; 2]> {
-        let build = host_build("footfall and host-bench", &["footfall", "host-bench"], &[WHEEL]);
-        eprintln!("build: {}", build.label);
-        let built: Vec<PathBuf> = progress::build(vec![build])?.into_iter().flatten().collect();
-        <[PathBuf; 2]>::try_from(built)
-            .map_err(|_| anyhow::anyhow!("cargo built other programs than the two that were asked for"))
     }
 }
 
@@ -344,8 +317,6 @@ fn executable(build: Build) -> Result<PathBuf> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::{BTreeMap, BTreeSet};
-
     use super::*;
 
     #[test]
@@ -376,22 +347,6 @@ mod tests {
         assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
     }
 
-    /// By name and version, the features that each crate is compiled with, through these edges of the packages that `arguments` select.
-    fn crates(edges: &str, arguments: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
-        let mut cargo = shell::cargo();
-        cargo.args(["tree", "--edges", edges, "--prefix", "none", "--format", "{p};{f}"]).args(arguments);
-        // Without a package those of `cargo test`.
-        cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
-        let tree = shell::stdout_of(&mut cargo).unwrap();
-        let lines = tree.lines().map(|line| line.trim_end_matches(" (*)").replace(" (proc-macro)", ""));
-        let mut crates = BTreeMap::<String, BTreeSet<String>>::new();
-        for line in lines.filter(|line| !line.is_empty()) {
-            let (name, features) = line.split_once(';').unwrap();
-            crates.entry(name.into()).or_default().insert(features.into());
-        }
-        crates
-    }
-
     /// The Discovery without a name from the root, each board by its name in the folder of the firmware: two chips at once do not compile.
     #[test]
     fn cargo_alone_has_one_chip() {
@@ -414,44 +369,5 @@ mod tests {
             let chips: Vec<&str> = features.split([',', ' ']).filter(|name| name.starts_with("stm32f")).collect();
             assert_eq!(chips, [chip], "{folder} {arguments:?}");
         }
-    }
-
-    /// Otherwise the wheel of the tests would compile the crates of the fits once more. Windows has crates of its own, with other features.
-    #[test]
-    #[cfg(not(windows))]
-    fn the_wheel_of_the_tests_shares_the_crates_of_the_host_tests() {
-        let tests = crates("normal,build,dev", &[]);
-        let mut wheel = crates("normal,build", &["--package", WHEEL, "--features", "as-in-tests"]);
-        wheel.retain(|name, _| tests.contains_key(name));
-        assert!(wheel.len() > 100 && wheel.keys().any(|name| name.starts_with("gait-fit ")), "{wheel:?}");
-        wheel.retain(|name, features| !features.is_subset(&tests[name]));
-        assert!(wheel.is_empty(), "built for the wheel once more, with other features: {wheel:#?}");
-    }
-
-    /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
-    /// `cargo footfall` nor the tests of the virtual board, nor the build of a wheel by `pip install` may do so with a crate of other people. (The
-    /// program's own crates are compiled again where the full program asks more of them.) Nor may the programs that look at images
-    /// give another feature to a crate of that build.
-    #[test]
-    fn the_host_programs_share_their_crates() {
-        // Those of other people: they have no folder.
-        let crates = |arguments: &[&str]| {
-            let mut crates = crates("normal,build", arguments);
-            crates.retain(|name, _| !name.contains(" ("));
-            crates
-        };
-        let run = crates(&["--package", "virtual-board", "--package", "footfall", "--no-default-features"]);
-        let wheel = ["--package", "footfall", "--package", WHEEL];
-        for later in [&["--package", "virtual-board"][..], &wheel[..2], &wheel[..]] {
-            let mut later_crates = crates(later);
-            later_crates.retain(|name, _| run.contains_key(name));
-            assert!(later_crates.len() > 50, "{later:?} has crates");
-            later_crates.retain(|name, features| !features.is_subset(&run[name]));
-            assert!(later_crates.is_empty(), "built for {later:?} once more, with other features: {later_crates:#?}");
-        }
-        let images = crates(&[&wheel[..], &["--package", "audit", "--package", "board-cost"]].concat());
-        let mut wheel = crates(&wheel);
-        wheel.retain(|name, features| !features.is_subset(&images[name]));
-        assert!(wheel.is_empty(), "built for the images once more, with other features: {wheel:#?}");
     }
 }

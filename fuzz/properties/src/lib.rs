@@ -17,7 +17,7 @@ pub mod motion_limits;
 pub mod parameter_files;
 pub mod wire_records;
 
-/// A fuzz target: its name, which is that of its folder in `fuzz/corpus` too, and its property.
+/// A fuzz target: its name, which is also the name of its folder in `fuzz/corpus.tar`, and its property.
 #[derive(Debug, Clone, Copy)]
 pub struct Target {
     /// Name.

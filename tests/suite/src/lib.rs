@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn a_missing_need_is_required_by_its_name() {
-        for (list, required) in [("traces", true), ("qemu, traces", true), ("all", true), ("virtual-board", false)] {
+        for (list, required) in [("traces", true), ("node, traces", true), ("all", true), ("virtual-board", false)] {
             let found = missing(&[Need::Traces], without(Need::Traces), list).unwrap();
             assert_eq!(found.required, required, "{list}");
             assert_eq!(found.reason.starts_with("FOOTFALL_REQUIRE names `traces`: "), required, "{}", found.reason);

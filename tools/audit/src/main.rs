@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use audit::graph::Calls;
 use audit::image::Image;
 use audit::ratchet::{Baseline, Measured};
@@ -59,12 +59,6 @@ enum Task {
         /// Folder of the workspace, which has ratchets.toml
         #[arg(long, default_value = ".")]
         root: PathBuf,
-        /// Write ratchets.toml with the numbers of today
-        #[arg(long, requires = "reason")]
-        write: bool,
-        /// Why the numbers changed
-        #[arg(long, requires = "write", value_parser = clap::builder::NonEmptyStringValueParser::new())]
-        reason: Option<String>,
     },
 }
 
@@ -119,13 +113,13 @@ fn perform(task: Task) -> Result<()> {
             let bytes = paths::same(&read(&one)?, &read(&other)?)?;
             print(&format!("the same {bytes} bytes\n"))?;
         }
-        Task::Ratchet { elf, run, root, write: _, reason } => ratchet(&elf, &run, &root, reason.as_deref())?,
+        Task::Ratchet { elf, run, root } => ratchet(&elf, &run, &root)?,
     }
     Ok(())
 }
 
-/// All numbers of today, compared with the file, or written to it for this reason.
-fn ratchet(elf: &Path, run: &Path, root: &Path, reason: Option<&str>) -> Result<()> {
+/// All numbers of today, compared with the file.
+fn ratchet(elf: &Path, run: &Path, root: &Path) -> Result<()> {
     let image = read(elf)?;
     let lines = std::fs::read_to_string(run).with_context(|| format!("reading {}", run.display()))?;
     let run = Run::parse(&lines).with_context(|| format!("in {}", run.display()))?;
@@ -155,28 +149,13 @@ fn ratchet(elf: &Path, run: &Path, root: &Path, reason: Option<&str>) -> Result<
         all.push(Measured::always(&format!("unsafe-{name}"), count));
     }
     let file = root.join("ratchets.toml");
-    let text = match std::fs::read_to_string(&file) {
-        Ok(text) => Some(text),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound && reason.is_some() => None,
-        Err(error) => return Err(error).with_context(|| format!("reading {}", file.display())),
-    };
-    let before = text.as_deref().map(Baseline::parse).transpose()?;
+    let text = std::fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
+    let before = Baseline::parse(&text)?;
     Baseline::control(&all, &image.compiler)?;
-    match (before, reason) {
-        (before, Some(reason)) => {
-            let written = Baseline::written(before.as_ref(), &all, &image.compiler, reason);
-            std::fs::write(&file, written.text()?).with_context(|| format!("writing {}", file.display()))?;
-            print(&written.compare(&all, &image.compiler)?)?;
-        }
-        (Some(before), None) => {
-            let table = before.compare(&all, &image.compiler)?;
-            print(&table)?;
-            if before.compiler != image.compiler {
-                let (file, now) = (&before.compiler, &image.compiler);
-                print(&format!("the file has numbers of {file}, the image is by {now}\n"))?;
-            }
-        }
-        (None, None) => bail!("there is no ratchets.toml"),
+    print(&before.compare(&all, &image.compiler)?)?;
+    if before.compiler != image.compiler {
+        let (file, now) = (&before.compiler, &image.compiler);
+        print(&format!("the file has numbers of {file}, the image is by {now}\n"))?;
     }
     Ok(())
 }

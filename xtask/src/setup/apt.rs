@@ -169,11 +169,11 @@ mod tests {
     fn a_conflict_is_reported_in_one_line() {
         let script = "echo 'Reading package lists...'; echo 'E: Packages need to be removed but remove is disabled.' >&2; exit 100";
         let stand_in = StandIn::new("conflict", script);
-        let reason = stand_in.apt.install(&["qemu-system-arm"], Effort::Optional).unwrap_err();
+        let reason = stand_in.apt.install(&["nodejs"], Effort::Optional).unwrap_err();
         assert_eq!(reason, "Packages need to be removed but remove is disabled.");
         let calls = stand_in.calls();
         assert_eq!(calls.len(), 1, "no update for an optional package: {calls:?}");
-        assert!(calls[0].ends_with("qemu-system-arm --simulate"), "{calls:?}");
+        assert!(calls[0].ends_with("nodejs --simulate"), "{calls:?}");
     }
 
     #[test]

@@ -187,7 +187,7 @@ fn optional(
 
 #[cfg(test)]
 mod tests {
-    use super::tool::{QEMU_TOOLS, UNICORN_TOOLS};
+    use super::tool::{NODE_TOOLS, UNICORN_TOOLS};
     use super::*;
 
     fn missing(need: Need, tools: &[Tool], cause: Option<&str>) -> Missing {
@@ -196,26 +196,26 @@ mod tests {
 
     #[test]
     fn what_is_optional_does_not_stop_a_command() {
-        let qemu = missing(Need::Qemu, &QEMU_TOOLS, Some("apt-get cannot install it: conflict"));
-        let kept = optional(vec![qemu], &Required::default(), None).unwrap();
+        let node = missing(Need::Node, &NODE_TOOLS[..1], Some("apt-get cannot install it: conflict"));
+        let kept = optional(vec![node], &Required::default(), None).unwrap();
         assert_eq!(kept.len(), 1);
-        assert_eq!(kept[0].reason(None), "qemu-system-arm not found; apt-get cannot install it: conflict");
+        assert_eq!(kept[0].reason(None), "node not found; apt-get cannot install it: conflict");
     }
 
     #[test]
     fn what_is_required_stops_it_with_one_command() {
         let all = vec![
             missing(Need::VirtualBoard, &UNICORN_TOOLS[1..2], None),
-            missing(Need::Qemu, &QEMU_TOOLS, None),
+            missing(Need::Node, &NODE_TOOLS[..1], None),
             missing(Need::Traces, &[], Some("no recordings in x")),
         ];
-        let required = Required::parse("qemu,traces").unwrap();
+        let required = Required::parse("node,traces").unwrap();
         let message = optional(all, &required, Some(PackageManager::Homebrew)).unwrap_err().to_string();
         let expected = "something that this command requires is missing\n\
             virtual-board:\n  cmake: configures the build of Unicorn\n\
-            qemu, which FOOTFALL_REQUIRE names:\n  qemu-system-arm: runs the core self-test and counts instructions on a second emulator\n\
+            node, which FOOTFALL_REQUIRE names:\n  node: runs JavaScript programs\n\
             traces, which FOOTFALL_REQUIRE names:\n  no recordings in x\n\
-            install it, then run the command again:\n  brew install cmake qemu";
+            install it, then run the command again:\n  brew install cmake node";
         assert_eq!(message, expected);
     }
 

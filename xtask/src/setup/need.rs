@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 
 use super::tool::{
-    CHROMIUM_TOOLS, CPP_TOOLS, DEBUGGER_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL_TOOLS, Tool,
-    UNICORN_TOOLS,
+    CHROMIUM_TOOLS, CPP_TOOLS, DEBUGGER_TOOLS, NODE_TOOLS, PYTHON_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS,
 };
 
 /// The variable that makes needs required: their names with commas between them, or `all`.
@@ -22,8 +21,6 @@ pub(crate) enum Need {
     BoardCompiler,
     /// The virtual board: the tools that build its emulator. The tests that run an image on it read this name too.
     VirtualBoard,
-    /// The second emulator for the core self-test.
-    Qemu,
     /// The folder of recordings beside the checkout.
     Traces,
     /// A terminal for tests of a program that asks for keys. They read this name too.
@@ -42,10 +39,9 @@ pub(crate) enum Need {
 
 impl Need {
     /// Every need.
-    pub(crate) const ALL: [Need; 10] = [
+    pub(crate) const ALL: [Need; 9] = [
         Need::BoardCompiler,
         Need::VirtualBoard,
-        Need::Qemu,
         Need::Traces,
         Need::Terminal,
         Need::Node,
@@ -56,14 +52,13 @@ impl Need {
     ];
 
     /// The groups of optional tools that `cargo xtask setup --with GROUP` installs.
-    pub(crate) const GROUPS: [Need; 6] = [Need::Qemu, Need::Node, Need::Chromium, Need::Python, Need::Cpp, Need::Probe];
+    pub(crate) const GROUPS: [Need; 5] = [Need::Node, Need::Chromium, Need::Python, Need::Cpp, Need::Probe];
 
     /// The name in `FOOTFALL_REQUIRE` and `--with`.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Need::BoardCompiler => "board-compiler",
             Need::VirtualBoard => "virtual-board",
-            Need::Qemu => "qemu",
             Need::Traces => "traces",
             Need::Terminal => "terminal",
             Need::Node => "node",
@@ -89,7 +84,6 @@ impl Need {
         match self {
             Need::BoardCompiler | Need::Traces => &[],
             Need::VirtualBoard => &UNICORN_TOOLS,
-            Need::Qemu => &QEMU_TOOLS,
             Need::Terminal => &TERMINAL_TOOLS,
             Need::Node => &NODE_TOOLS,
             Need::Chromium => &CHROMIUM_TOOLS,
@@ -165,17 +159,17 @@ mod tests {
     #[test]
     fn a_list_of_names_is_read() {
         assert_eq!(Required::parse("").unwrap(), Required::default());
-        assert_eq!(Required::parse("qemu, traces,").unwrap(), Required(vec![Need::Qemu, Need::Traces]));
+        assert_eq!(Required::parse("node, traces,").unwrap(), Required(vec![Need::Node, Need::Traces]));
         assert!(Need::ALL.iter().all(|&need| Required::parse("all").unwrap().contains(need)));
         assert!(Need::ALL.iter().all(|&need| Required::parse(need.name()).unwrap().contains(need)));
     }
 
     #[test]
     fn an_unknown_name_is_refused_with_the_list() {
-        let message = Required::parse("qemu,qmeu").unwrap_err().to_string();
-        assert!(message.contains("`qmeu`"), "{message}");
+        let message = Required::parse("node,ndoe").unwrap_err().to_string();
+        assert!(message.contains("`ndoe`"), "{message}");
         assert!(message.contains(
-            "allowed: board-compiler, virtual-board, qemu, traces, terminal, node, chromium, python, c++, probe, all"
+            "allowed: board-compiler, virtual-board, traces, terminal, node, chromium, python, c++, probe, all"
         ));
     }
 
@@ -184,14 +178,14 @@ mod tests {
         let none = Required::default();
         assert!(none.contains(Need::BoardCompiler) && none.contains(Need::VirtualBoard));
         assert!(Need::GROUPS.iter().all(|&need| !none.contains(need)) && !none.contains(Need::Traces));
-        assert!(Required::parse("qemu").unwrap().contains(Need::Qemu));
+        assert!(Required::parse("node").unwrap().contains(Need::Node));
     }
 
     #[test]
     fn only_tests_with_an_image_must_run_it() {
         let required = Required::parse("all").unwrap();
         assert!(required.for_tests(true).contains("virtual-board"));
-        assert_eq!(required.for_tests(false), "board-compiler,qemu,traces,terminal,node,chromium");
+        assert_eq!(required.for_tests(false), "board-compiler,traces,terminal,node,chromium");
         assert_eq!(Required::default().for_tests(true), "virtual-board");
         assert_eq!(Required::default().for_tests(false), "");
     }

@@ -76,13 +76,13 @@ impl PackageManager {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tool::{CHROMIUM_TOOLS, DEBIAN_COMPILER, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, UNICORN_TOOLS};
+    use super::super::tool::{CHROMIUM_TOOLS, DEBIAN_COMPILER, NODE_TOOLS, PYTHON_TOOLS, UNICORN_TOOLS};
     use super::*;
 
     #[test]
     fn every_system_has_its_own_command() {
         use PackageManager::{Apt, Dnf, Homebrew, Pacman, Winget, Zypper};
-        let table: [(PackageManager, &[Tool], &str); 24] = [
+        let table: [(PackageManager, &[Tool], &str); 18] = [
             (
                 Apt,
                 &UNICORN_TOOLS,
@@ -97,12 +97,6 @@ mod tests {
                 &UNICORN_TOOLS,
                 "winget install Microsoft.VisualStudio.2022.BuildTools Kitware.CMake Ninja-build.Ninja LLVM.LLVM",
             ),
-            (Apt, &QEMU_TOOLS, "sudo apt-get install --no-install-recommends qemu-system-arm"),
-            (Homebrew, &QEMU_TOOLS, "brew install qemu"),
-            (Dnf, &QEMU_TOOLS, "sudo dnf install qemu-system-arm"),
-            (Pacman, &QEMU_TOOLS, "sudo pacman -S --needed qemu-system-arm"),
-            (Zypper, &QEMU_TOOLS, "sudo zypper install qemu-arm"),
-            (Winget, &QEMU_TOOLS, "winget install SoftwareFreedomConservancy.QEMU"),
             (Apt, &NODE_TOOLS, "sudo apt-get install --no-install-recommends nodejs npm"),
             (Homebrew, &NODE_TOOLS, "brew install node"),
             (Dnf, &NODE_TOOLS, "sudo dnf install nodejs nodejs-npm"),

@@ -120,21 +120,6 @@ pub(crate) const UNICORN_TOOLS: [Tool; 5] = [
     },
 ];
 
-/// The second processor emulator, QEMU.
-pub(crate) const QEMU_TOOLS: [Tool; 1] = [Tool {
-    name: "qemu-system-arm",
-    purpose: "runs the core self-test and counts instructions on a second emulator",
-    is_present: || any_on_path(&["qemu-system-arm"]),
-    packages: Packages {
-        apt: &["qemu-system-arm"],
-        homebrew: &["qemu"],
-        dnf: &["qemu-system-arm"],
-        pacman: &["qemu-system-arm"],
-        zypper: &["qemu-arm"],
-        winget: &["SoftwareFreedomConservancy.QEMU"],
-    },
-}];
-
 /// A terminal for tests. Other systems have a `script` with other options.
 pub(crate) const TERMINAL_TOOLS: [Tool; 1] = [Tool {
     name: "script of util-linux",

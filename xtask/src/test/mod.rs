@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn each_need_is_prepared_once() {
         let all = needs(&selected(&[]));
-        assert_eq!(all.len(), 9, "{all:?}");
+        assert_eq!(all.len(), 8, "{all:?}");
         assert_eq!(needs(&selected(&["format".to_owned()])), []);
     }
 
@@ -183,9 +183,9 @@ mod tests {
     #[test]
     fn a_step_without_its_tool_is_skipped() {
         let step =
-            Step { name: "x", claim: "", needs: &[Need::Qemu], uses: &[Need::Traces], run: |_| Ok("ran".into()) };
+            Step { name: "x", claim: "", needs: &[Need::Node], uses: &[Need::Traces], run: |_| Ok("ran".into()) };
         let missing = |need| [(need, "not here".to_owned())];
-        assert_eq!(reason_to_skip(&step, &missing(Need::Qemu)), Some("not here"));
+        assert_eq!(reason_to_skip(&step, &missing(Need::Node)), Some("not here"));
         assert_eq!(reason_to_skip(&step, &missing(Need::Traces)), None);
         assert_eq!(reason_to_skip(&step, &[]), None);
     }

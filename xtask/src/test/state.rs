@@ -9,7 +9,6 @@ use anyhow::{Context, Result};
 use super::counts::Counts;
 use super::programs;
 use crate::board::{Board, Variant};
-use crate::self_test::SelfTest;
 use crate::setup::{REQUIRE, Required};
 use crate::shell;
 use crate::workspace::Workspace;
@@ -36,7 +35,6 @@ pub(super) struct State {
     pub(super) without_sensor: OnceCell<PathBuf>,
     pub(super) black_pill: OnceCell<PathBuf>,
     virtual_board: OnceCell<PathBuf>,
-    selftest: OnceCell<PathBuf>,
 }
 
 impl State {
@@ -50,7 +48,6 @@ impl State {
             without_sensor: OnceCell::new(),
             black_pill: OnceCell::new(),
             virtual_board: OnceCell::new(),
-            selftest: OnceCell::new(),
         }
     }
 
@@ -74,10 +71,6 @@ impl State {
 
     pub(super) fn virtual_board(&self) -> Result<&Path> {
         build_once(&self.virtual_board, || self.workspace.virtual_board())
-    }
-
-    pub(super) fn selftest(&self, log: &str) -> Result<SelfTest<'_>> {
-        Ok(SelfTest { elf: build_once(&self.selftest, || self.workspace.core_selftest())?, log: self.log(log) })
     }
 
     /// Where the output of programs is kept.

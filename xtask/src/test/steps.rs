@@ -16,11 +16,9 @@ use super::pico;
 use super::programs;
 use super::python::{self, Environment};
 use super::state::{CannotRun, State, cargo, passed, tests};
-use crate::bench;
 use crate::board::{Board, Variant};
 use crate::emulated;
 use crate::probe;
-use crate::self_test;
 use crate::setup::{Need, REQUIRE};
 use crate::shell;
 use crate::toolchain::SMALLEST_TARGET;
@@ -39,7 +37,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 30] = [
+pub(super) const STEPS: [Step; 26] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -135,34 +133,6 @@ pub(super) const STEPS: [Step; 30] = [
         run: audits::same_bytes,
     },
     Step {
-        name: "core-selftest",
-        claim: "the virtual board's core passes its self-test",
-        needs: &[Need::BoardCompiler, Need::VirtualBoard],
-        uses: &[],
-        run: core_on_virtual_board,
-    },
-    Step {
-        name: "core-qemu",
-        claim: "QEMU's core passes the self-test too",
-        needs: &[Need::BoardCompiler, Need::Qemu],
-        uses: &[],
-        run: core_on_qemu,
-    },
-    Step {
-        name: "qemu-counts",
-        claim: "QEMU counts as many instructions as the virtual board in each call of whole ticks, of every generator's step, and of the steps beside C where there is its compiler",
-        needs: &[Need::BoardCompiler, Need::VirtualBoard, Need::Qemu],
-        uses: &[],
-        run: qemu_counts,
-    },
-    Step {
-        name: "core-controls",
-        claim: "the self-test fails on a core with a fault on purpose",
-        needs: &[Need::BoardCompiler, Need::VirtualBoard],
-        uses: &[],
-        run: core_controls,
-    },
-    Step {
         name: "gait-changes",
         claim: "ten changes between gaits of persons are bit-equal on the virtual board and the host, and inside the limits",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
@@ -220,7 +190,7 @@ pub(super) const STEPS: [Step; 30] = [
     },
     Step {
         name: "board-cost",
-        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, the trace changes no run, no part on two boards differs by more than 5 % from its instructions in docs/performance.json, nor a step beside C where there is its compiler, and the programs that look at images pass their tests",
+        claim: "the cost of each part of the image is counted as the firmware's stopwatch counts it, the trace changes no run, and the programs that look at images pass their tests",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: audits::board_cost,
@@ -472,18 +442,6 @@ fn panic_free(state: &State) -> Result<String> {
     }
 }
 
-fn core_on_virtual_board(state: &State) -> Result<String> {
-    state.selftest("core-selftest")?.on_virtual_board(state.virtual_board()?)
-}
-
-fn core_on_qemu(state: &State) -> Result<String> {
-    state.selftest("core-qemu")?.on_qemu()
-}
-
-fn qemu_counts(state: &State) -> Result<String> {
-    bench::compare_with_qemu(&state.workspace, state.virtual_board()?)
-}
-
 fn gait_changes(state: &State) -> Result<String> {
     let elf = state.workspace.gait_changes()?;
     let board = emulated::lines(state.virtual_board()?, &elf, &state.log("gait-changes"))?;
@@ -501,14 +459,6 @@ fn gait_changes(state: &State) -> Result<String> {
     let outside: Vec<&String> = board.iter().filter(|line| !line.ends_with(" inside")).collect();
     ensure!(outside.is_empty(), "beyond a range or a rate: {outside:?}");
     Ok(format!("{} changes", board.len()))
-}
-
-fn core_controls(state: &State) -> Result<String> {
-    for fault in self_test::FAULTS {
-        let noticed = state.selftest(fault)?.notices(state.virtual_board()?, fault)?;
-        eprintln!("--break {fault}, as it should: {noticed}");
-    }
-    Ok(format!("{} faults noticed", self_test::FAULTS.len()))
 }
 
 /// The test programs that run the image.
@@ -603,9 +553,9 @@ mod tests {
     }
 
     #[test]
-    fn only_qemu_node_python_cpp_and_probe_are_optional_for_a_step() {
+    fn only_node_python_cpp_and_probe_are_optional_for_a_step() {
         let optional = |need: &&Need| !crate::setup::Required::default().contains(**need);
         let mut optional = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional));
-        assert!(optional.all(|need| [Need::Cpp, Need::Node, Need::Probe, Need::Python, Need::Qemu].contains(need)));
+        assert!(optional.all(|need| [Need::Cpp, Need::Node, Need::Probe, Need::Python].contains(need)));
     }
 }

@@ -84,7 +84,7 @@ mod tests {
     fn the_last_line_counts_the_steps() {
         let rows = [
             row("format", Outcome::Passed("5 files".into())),
-            row("core-qemu", Outcome::Skipped("qemu-system-arm not found".into())),
+            row("pico", Outcome::Skipped("node not found".into())),
             row("lints", Outcome::Failed("cargo clippy failed".into())),
             row("docs", Outcome::NotRun),
         ];
@@ -92,7 +92,7 @@ mod tests {
         let text = table(&rows, &counts, Duration::from_secs(5));
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "format         passed       1.5 s,     2.6 of processor  5 files");
-        assert_eq!(lines[1], "core-qemu      SKIPPED      1.5 s,     2.6 of processor  qemu-system-arm not found");
+        assert_eq!(lines[1], "pico           SKIPPED      1.5 s,     2.6 of processor  node not found");
         assert_eq!(lines[2], "lints          FAILED       1.5 s,     2.6 of processor  cargo clippy failed");
         assert_eq!(lines[3], "docs           not run      1.5 s,     2.6 of processor  a step before it failed");
         assert_eq!(lines[5..], ["12 tests passed, 0 ignored", "1 passed, 1 failed, 2 skipped"]);
