@@ -348,10 +348,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
     /// Demand of the monitor and of the host on the supervisor.
     fn demand(&self, seen: Demand, asked: Asked, state: SupervisorState) -> Demand {
-        if seen == Demand::Go && asked == Asked::Nothing && state == SupervisorState::Walking {
-            return Demand::Go;
-        }
-        cold_path();
         let seen = if state.is_trim() { seen.in_trim() } else { seen };
         let is_silent = || self.trim.is_some_and(|trim| self.stages.trimmer.is_silent(&trim));
         match seen {
@@ -393,10 +389,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Whether the ramp of the present state has ended.
     fn settled(&self, state: SupervisorState) -> bool {
         let blend = &self.stages.blend;
-        if state == SupervisorState::Walking {
-            return false;
-        }
-        cold_path();
         match state {
             SupervisorState::Arming => blend.risen(self.weight),
             // The gate may be a few ticks behind the target. If it does not reach the target, the stop ends when overdue.
