@@ -6,13 +6,12 @@
 //! ticks; at the bound the model's own damping brings the state back. A state that is not a number is left as it is, so that
 //! [`Generator::check`] finds it.
 
-use core::array;
 use core::hint::cold_path;
 use core::marker::PhantomData;
 
 use joint_units::{Phase, RadPerSec, Radians};
 
-use crate::math::second_order::{MOST_STAGES, SecondOrder};
+use crate::math::second_order::SecondOrder;
 use crate::{Field, Generator, Integrator, PhasePoint, Rk4, Scalar, StateFault};
 
 /// Bound of a state, as a multiple of the closed-form amplitude of the limit cycle.
@@ -46,8 +45,7 @@ pub(crate) struct Terms<const N: usize, T> {
 /// `N` oscillators under the vector field `F`, computed in `T`, advanced by `I`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Oscillators<F, const N: usize, T = f32, I = Rk4> {
-    /// The vector field, for each stage of the method ([`Integrator::advance`]).
-    fields: [F; MOST_STAGES],
+    field: F,
     /// Displacement x, and v, displacement per time unit of the integrator.
     now: Pair<N, T>,
     start: Pair<N, T>,
@@ -72,9 +70,8 @@ struct Pair<const N: usize, T> {
 }
 
 impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
-    /// `field` makes the vector field, folded for the time unit in `terms`. It is called once for each stage, because a graph, and so a field, need not be
-    /// `Copy`.
-    pub(crate) fn new(field: impl Fn() -> F, start: &OscillatorState<N, T>, terms: &Terms<N, T>) -> Self {
+    /// `field` is folded for the time unit in `terms`.
+    pub(crate) fn new(field: F, start: &OscillatorState<N, T>, terms: &Terms<N, T>) -> Self {
         let inverse = |a: [T; N]| a.map(|a| T::ONE / a);
         let per_velocity = inverse(terms.velocity);
         let inside =
@@ -82,7 +79,7 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
         let start = inside(start);
         let cycle = inside(&terms.cycle);
         Self {
-            fields: array::from_fn(|_| field()),
+            field,
             now: start,
             start,
             limit: inside(&terms.limit),
@@ -155,7 +152,7 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Oscillators
     #[inline]
     fn advance(&mut self) -> bool {
         let mut next = self.now;
-        I::advance(&self.fields, &mut next.x, &mut next.v);
+        I::advance(&self.field, &mut next.x, &mut next.v);
         // Before the check: nothing has the address of `next`, so that it stays in registers.
         self.now = next;
         let inside = next.is_within(&self.limit);

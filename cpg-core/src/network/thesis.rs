@@ -183,7 +183,7 @@ impl<const N: usize, const D: usize, const P: usize, T: Scalar> NetworkConfig<N,
             limit: self.limit::<GP>(&growth),
             cycle,
         };
-        Ok(Oscillators::new(|| self.field(unit), &start, &terms))
+        Ok(Oscillators::new(self.field(unit), &start, &terms))
     }
 
     /// Negative damping of each joint at rest when every neighbour that drives it moves in antiphase: alpha + 2 k.

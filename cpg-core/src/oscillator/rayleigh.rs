@@ -90,7 +90,7 @@ impl<T: Scalar> RayleighConfig<T> {
             limit: OscillatorState { displacement: [limit.0], velocity: [limit.1] },
         };
         let start = OscillatorState { displacement: [cycle.0], velocity: [T::ZERO] };
-        Ok(Oscillators::new(|| RayleighField(self.fold(unit)), &start, &terms))
+        Ok(Oscillators::new(RayleighField(self.fold(unit)), &start, &terms))
     }
 
     /// Amplitude of displacement and velocity by harmonic balance, where `growth` is the whole negative damping at rest.
