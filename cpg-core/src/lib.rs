@@ -92,7 +92,6 @@ pub mod waveform;
 pub use error::{BuildError, Field, NonFinite};
 pub use follow::{Follow, Unguided};
 pub use generator::{Generator, StateFault};
-pub use math::phase_point::PhasePoint;
 pub use math::scalar::Scalar;
 pub use math::second_order::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
 pub use network::graph::Graph;

@@ -613,10 +613,6 @@ impl Follow for Follower {
     fn follow_status(&self) -> Option<FollowStatus> {
         Some(self.status())
     }
-
-    fn follow_lock(&self) -> Option<Lock> {
-        Some(self.state.lock)
-    }
 }
 
 #[cfg(test)]

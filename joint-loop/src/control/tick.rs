@@ -336,7 +336,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         cold_path();
         let outcome = match request.action {
             Action::Trim { .. } | Action::Jog { .. } => self.stages.trimmer.take(&mut self.trim, state, request.action),
-            _ => self.tuner.take(request, self.generator.follow_lock().is_some()),
+            _ => self.tuner.take(request, self.generator.follow_status().is_some()),
         };
         self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
         match request.action {
@@ -382,7 +382,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator_sound: self.sound,
             // On the way to the park pose the joints may meet the envelope, which the generator does not.
             pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
-            person_stands: matches!(self.generator.follow_lock(), Some(Lock::Stopped | Lock::Seeking)),
+            person_stands: self
+                .generator
+                .follow_status()
+                .is_some_and(|status| matches!(status.state, Lock::Stopped | Lock::Seeking)),
         }
     }
 
@@ -416,7 +419,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
         self.foot = sample.foot;
         self.sound = if self.sound {
-            let follows = self.generator.follow_lock().is_some();
+            let follows = self.generator.follow_status().is_some();
             self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving())
         } else {
             cold_path();
