@@ -42,8 +42,6 @@
 //! # Ok::<(), cpg_core::BuildError>(())
 //! ```
 
-use core::hint::cold_path;
-
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::{all_in_range, in_range};
@@ -359,12 +357,8 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
         let shared = S::basis(phase);
         let mut out = [0.0; N];
         for ((out, shape), adjustment) in out.iter_mut().zip(&self.shapes).zip(&self.adjustments) {
-            let point = if adjustment.lead == Phase(0) {
-                shape.at_basis(&shared)
-            } else {
-                cold_path();
-                shape.at(phase + adjustment.lead)
-            };
+            let point =
+                if adjustment.lead == Phase(0) { shape.at_basis(&shared) } else { shape.at(phase + adjustment.lead) };
             *out = read(point, shape.mean(), adjustment);
         }
         out

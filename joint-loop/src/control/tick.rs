@@ -1,7 +1,5 @@
 //! One tick of the loop: calls every stage in order, from sample to command.
 
-use core::hint::cold_path;
-
 use crate::control::button::{Button, Press};
 use crate::control::kept_status::KeptStatus;
 use crate::control::monitor::{Monitor, MonitorState, Observation};
@@ -96,7 +94,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let before = self.status.read();
         let button = self.stages.button.sample(&mut self.press, sample.button, elapsed);
         if sample.faults.contains(BoardFaults::BREAK_INPUT) {
-            cold_path();
             self.press.stop();
         }
 
@@ -127,7 +124,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions, before.state != SupervisorState::Trimming);
         if actions.outputs && pulses.is_none() {
-            cold_path();
             (status, actions) = next(status, Inputs { demand: Demand::Fault(Cause::NonFinite), ..inputs });
         }
 
@@ -136,7 +132,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
         // The button: a press acts on one state.
         if status.state != before.state {
-            cold_path();
             self.press.spend();
         }
 
@@ -333,7 +328,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn asked(&mut self, sample: &Sample<S>, state: SupervisorState) -> Asked {
         self.tuner.begin();
         let Some(request) = sample.request else { return Asked::Nothing };
-        cold_path();
         let outcome = match request.action {
             Action::Trim { .. } | Action::Jog { .. } => self.stages.trimmer.take(&mut self.trim, state, request.action),
             _ => self.tuner.take(request, self.generator.follow_status().is_some()),
@@ -406,15 +400,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // A follower gets good samples only.
         let gait = self.stages.gait_sensor;
         let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
-        let measured = if good && self.tuner.settings().follow() {
-            self.frame.measured.get(gait).copied()
-        } else {
-            cold_path();
-            None
-        };
+        let measured =
+            if good && self.tuner.settings().follow() { self.frame.measured.get(gait).copied() } else { None };
         self.generator.observe(measured);
         if sample.foot && !self.foot {
-            cold_path();
             self.generator.heel_strike();
         }
         self.foot = sample.foot;
@@ -422,7 +411,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             let follows = self.generator.follow_status().is_some();
             self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving())
         } else {
-            cold_path();
             if !state.moving() {
                 self.source.reset(&mut self.generator);
             }
@@ -460,7 +448,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn target(&self) -> [Radians; Joint::COUNT] {
         let is_elsewhere = self.weight.is_at_start() && !self.is_parked();
         if is_elsewhere && !self.stages.start.has_begun(self.started) {
-            cold_path();
             self.stages.gate.pose(&self.gating)
         } else {
             self.stages.blend.target(self.weight, self.wanted)
@@ -495,9 +482,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         begins_trim: bool,
     ) -> Option<[PulseMicros; Joint::COUNT]> {
         self.frame.limited = GateStatus::NONE;
-        if actions.motion != Motion::Run {
-            cold_path();
-        }
         match actions.motion {
             Motion::Freeze => return None,
             Motion::Trim => return self.trim(begins_trim),
@@ -510,7 +494,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Motion::Rise | Motion::Run | Motion::Stop | Motion::Hurry => {}
         }
         if let Some(way) = self.way {
-            cold_path();
             return self.go(way);
         }
         let (setpoints, limited) = self.stages.gate.limit(&mut self.gating, target).ok()?;
