@@ -572,7 +572,6 @@ impl PhaseLock {
     }
 
     /// Whether every state is finite.
-    #[inline]
     pub(crate) fn is_finite(&self) -> bool {
         let LockState { sogi, frequency, offset, gain, innovation, .. } = &self.state;
         sogi.is_finite() && all_finite([*frequency, *offset, *gain, *innovation])

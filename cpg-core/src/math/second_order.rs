@@ -55,7 +55,6 @@ impl Integrator for Rk4 {
     const UNITS: u32 = 2;
     const LONGEST_DECAY: f32 = 2.5;
 
-    #[inline]
     fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]) {
         // In units of h/2, with k the acceleration at each stage:
         //   stage 2: x + v,           v + k1
@@ -89,7 +88,6 @@ impl Integrator for SemiImplicitEuler {
     const UNITS: u32 = 1;
     const LONGEST_DECAY: f32 = 1.8;
 
-    #[inline]
     fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]) {
         *v = zip(v, &system.acceleration(x, v), |v, a| v + a);
         *x = zip(x, v, |x, v| x + v);
@@ -107,7 +105,6 @@ pub(crate) fn longest_period<T: Scalar, I: Integrator>(mu: T, steepest: T) -> u3
 }
 
 /// `f` of each pair.
-#[inline]
 fn zip<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N], f: impl Fn(T, T) -> T) -> [T; N] {
     let mut out = *a;
     for (out, b) in out.iter_mut().zip(b) {

@@ -154,7 +154,6 @@ struct Link<T> {
 }
 
 impl<G: Graph<N, E>, const N: usize, const E: usize, T: Scalar> SecondOrder<T, N> for RobustField<G, N, E, T> {
-    #[inline]
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N] {
         let mut a = self.damping;
         for ((a, &x), &v) in a.iter_mut().zip(x).zip(v) {

@@ -192,7 +192,6 @@ fn product<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
     out
 }
 
-#[inline]
 fn hold<T: Scalar, const N: usize>(values: &mut [T; N], limits: &[T; N]) {
     for (value, &limit) in values.iter_mut().zip(limits) {
         *value = value.clamp_to(limit);

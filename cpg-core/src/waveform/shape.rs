@@ -152,7 +152,6 @@ pub struct Harmonics<const K: usize>([(f32, f32); K]);
 
 impl<const K: usize> Harmonics<K> {
     /// Those of a phase.
-    #[inline]
     #[must_use]
     pub fn of(phase: Phase) -> Self {
         // One sine and cosine; the harmonics are computed by rotation.
@@ -170,7 +169,6 @@ impl<const K: usize> Harmonics<K> {
 impl<const H: usize> Shape for FourierShape<H> {
     type Basis = Harmonics<H>;
 
-    #[inline]
     fn basis(phase: Phase) -> Harmonics<H> {
         Harmonics::of(phase)
     }
@@ -231,7 +229,6 @@ fn neighbour<const K: usize>(ring: &[f32; K], k: usize, by: usize) -> f32 {
 impl<const K: usize> Shape for SplineShape<K> {
     type Basis = Phase;
 
-    #[inline]
     fn basis(phase: Phase) -> Phase {
         phase
     }
@@ -350,7 +347,6 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
     }
 
     /// A number of each joint, of its shape's point, its shape's mean and its adjustment.
-    #[inline]
     fn each(&self, read: impl Fn(ShapePoint, f32, &Adjustment) -> f32) -> [f32; N] {
         // Joints without a lead, which are most, have one phase.
         let phase = self.phase();
