@@ -452,9 +452,9 @@ fn a_target_on_the_edge_of_the_envelope_is_inside() {
     for edge in gate.edges() {
         let [first, second] = edge.joints.map(|joint| joint as usize);
         let mut position = park(&gate).position;
-        // Half of the sum each: inside both ranges.
-        position[first] = edge.most / 2;
-        position[second] = (edge.most - position[first]) * edge.sign;
+        // Half of the sum each, as far as the range of the second joint allows.
+        position[second] = gate.joints[second].hold(i64::from(edge.most / 2 * edge.sign));
+        position[first] = edge.most - edge.sign * position[second];
         for (beyond, status) in [(0, GateStatus::NONE), (32, GateStatus::POSE)] {
             position[first] += beyond;
             let target = position.map(|position| Radians(position as f32 / STEPS));
