@@ -10,7 +10,6 @@ use heapless::spsc::{Consumer, Producer};
 const NO_QUEUE: usize = usize::MAX;
 
 /// Puts an item at the end; false if there was no place for it. A closure makes the item, so that nothing is copied where there is no place.
-#[inline(always)]
 pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: impl FnOnce() -> T) -> bool {
     if queue.capacity() == NO_QUEUE || !queue.ready() {
         return false;
@@ -19,7 +18,6 @@ pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: impl FnOnce() -> T) -> b
 }
 
 /// Takes the oldest item.
-#[inline(always)]
 pub(crate) fn take<T>(queue: &mut Consumer<'_, T>) -> Option<T> {
     if queue.capacity() == NO_QUEUE || !queue.ready() {
         return None;

@@ -17,7 +17,6 @@ static STOP: AtomicU32 = AtomicU32::new(0);
 const WAITS: u32 = 1 << 16;
 
 /// The request of a tick: a stop before all others.
-#[inline(always)]
 pub(crate) fn take(requests: &mut Consumer<'_, Request>) -> Option<Request> {
     if STOP.load(Ordering::Relaxed) != 0 {
         let number = STOP.swap(0, Ordering::Relaxed) as u16;

@@ -138,7 +138,6 @@ pub(crate) fn begin(control: &'static mut Control) {
 
 /// The handler of the interrupt of the ticks, which nothing else uses. The end of the samples makes it pending, once a millisecond. It is not a
 /// task of the executor, whose queue and waker cost about 90 instructions in each tick.
-#[inline(always)]
 pub(crate) fn on_interrupt() {
     // SAFETY: `begin` was given the only reference there will ever be, and nothing but this handler uses it, which does not interrupt itself.
     let control = unsafe { STATE.load(Ordering::Acquire).as_mut() };
