@@ -3,7 +3,7 @@
 //!
 //! A line is run by the shell in a folder that has the samples. Only a serial port and a network address are replaced by those of the virtual board.
 
-use footfall_tests::bench::{Bench, Log, root};
+use footfall_tests::bench::{Bench, Log, root, until};
 use footfall_tests::board::Board;
 use joint_loop::store::robot_record;
 use std::process::{Command, ExitCode, Output, Stdio};
@@ -237,7 +237,11 @@ fn those_of_boards_flash_keep_and_watch() {
         page.ends("cargo footfall set --rtt tcp:localhost:9090 speed 1.2");
     });
     ran.assert_sound();
-    page.shows("cargo footfall record --serial /dev/ttyACM0 -o walk.csv", "").end();
+    let recorded = page.folder.path().join("walk.csv");
+    let log = page.shows("cargo footfall record --serial /dev/ttyACM0 -o walk.csv", "");
+    // Ctrl-C before may come where the program does not heed it yet, if its parents ignore it.
+    until("the recording", || recorded.exists());
+    log.end();
     assert!(page.ends("cargo xtask run --pace -- --serial").contains("/dev/pts/"), "the name of the port");
 
     page.ends("cargo footfall defaults generator > walk.toml");
