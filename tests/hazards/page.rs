@@ -41,44 +41,35 @@ fn counts(hazards: &Hazards) -> String {
     table
 }
 
-/// The places without hardware where it has been shown.
-fn places(hazard: &Hazard) -> String {
-    let is_shown = |place: &Place| *place != Place::Bench && hazard.shown.contains(place);
-    Place::ALL.into_iter().filter(is_shown).map(Place::name).collect::<Vec<_>>().join(", ")
-}
-
 /// A time of a table; short ones in microseconds.
-fn milliseconds(time: Option<f64>) -> String {
-    match time {
-        Some(ms) if ms > 0.0 && ms < 0.1 => format!("{} us", (ms * 1e6).round() / 1e3),
-        Some(ms) => format!("{ms} ms"),
-        None => String::new(),
-    }
+fn milliseconds(ms: f64) -> String {
+    if ms > 0.0 && ms < 0.1 { format!("{} us", (ms * 1e6).round() / 1e3) } else { format!("{ms} ms") }
 }
 
 /// A table with a row for each hazard that applies.
 fn table(hazards: &Hazards) -> String {
-    let mut table =
-        "| hazard | detection | reaction | limit | longest | shown on | hardware | status |\n|---|---|---|---|---|---|---|---|\n"
-            .to_owned();
+    let mut table = "| hazard | detection | reaction | limit (longest) | status |\n|---|---|---|---|---|\n".to_owned();
     for hazard in hazards.list.iter().filter(|hazard| hazard.status != Status::DoesNotApply) {
         let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
-        let [limit, longest] = [hazard.limit_ms, hazard.longest_ms].map(milliseconds);
-        let hardware = match (hazard.shown.contains(&Place::Bench), &hazard.bench) {
-            (true, _) => "shown".to_owned(),
-            (false, Some(_)) => format!("[procedure](#{})", anchor(hazard)),
-            (false, None) => String::new(),
+        let limit = match (hazard.limit_ms, hazard.longest_ms) {
+            (Some(limit), Some(longest)) => format!("{} ({})", milliseconds(limit), milliseconds(longest)),
+            _ => String::new(),
         };
+        let mut status = hazard.status.name().to_owned();
+        if !hazard.shown.is_empty() {
+            status += &format!(": {}", hazard.shown.iter().map(|place| place.name()).collect::<Vec<_>>().join(", "));
+        }
+        if hazard.bench.is_some() {
+            status += &format!("; [bench](#{})", anchor(hazard));
+        }
         _ = writeln!(
             table,
-            "| **{}** {}: {} | {} | {} | {limit} | {longest} | {} | {hardware} | {} |",
+            "| **{}** {}: {} | {} | {} | {limit} | {status} |",
             hazard.id,
             hazard.cause,
             hazard.effect,
             text(&hazard.detection),
-            text(&hazard.reaction),
-            places(hazard),
-            hazard.status.name()
+            text(&hazard.reaction)
         );
     }
     table
