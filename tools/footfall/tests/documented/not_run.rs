@@ -288,7 +288,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "footfall fit recordings/ -o fits --jobs 2 --shard \"$SLURM_ARRAY_TASK_ID/16\"",
         ],
     ),
-    ("FILE stands for any file", &["footfall certify FILE", "footfall check --trace"]),
+    ("FILE stands for any file", &["footfall certify FILE"]),
     ("names a way to work: it asks for angles and waits for codes", &["footfall calibrate --guide"]),
 ];
 
