@@ -21,7 +21,7 @@ use test_suite::{report, tests};
 const SAMPLE: &str = "61";
 /// The variable with the number of bits of the loop's memory to change, at least [`FEW_BITS`].
 const BITS: &str = "FOOTFALL_BITS";
-/// Bits without the variable; docs/evidence.md has the result of 2,400.
+/// Bits without the variable.
 const FEW_BITS: usize = 1600;
 /// The fault of a core that a debugger halts, with the watchdog running.
 const HALTS: &str = "a debugger halts the core";

@@ -33,7 +33,7 @@ fn main() -> ExitCode {
 
 const HIPS: [Joint; 2] = [Joint::LeftHip, Joint::RightHip];
 
-/// Names the number of starts, a multiple of 20; docs/evidence.md has the result of 1,000. With it all steps of cadence are run too.
+/// Names the number of starts, a multiple of 20. With it all steps of cadence are run too.
 const STARTS: &str = "FOOTFALL_STARTS";
 /// Starts if the variable does not exist.
 const FEW_STARTS: usize = 20;

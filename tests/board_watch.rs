@@ -101,7 +101,7 @@ fn a_sensor_that_the_board_refuses_fails_the_run() {
     assert!(messages.contains("the board refused to start: ") && messages.contains("reads code 4019"), "{messages}");
 }
 
-/// The lines of README and docs/entrainment.md.
+/// The lines of docs/entrainment.md.
 fn the_sensor_of_the_sample_rows_walks() {
     let folder = tempfile::tempdir().expect("a folder");
     let [hip, follower] = ["hip.toml", "follower.toml"].map(|name| folder.path().join(name));

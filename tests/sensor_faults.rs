@@ -45,7 +45,7 @@ fn main() -> ExitCode {
 
 /// Phases of the stride at which a fault begins.
 const PHASES: u32 = 24;
-/// Names how many of them a fault that lasts is tried at: a divisor of all; docs/sensor-faults.md has the result of all.
+/// Names how many of them a fault that lasts is tried at: a divisor of all.
 const TRIED: &str = "FOOTFALL_PHASES";
 /// So many if the variable does not exist.
 const FEW: u32 = 6;
@@ -478,7 +478,7 @@ fn check_in_a_row(people: &[(&str, &str)]) {
 
 /// The tables of the document are those of the crates.
 fn the_document_has_the_constants() {
-    let text = std::fs::read_to_string(package().join("../docs/sensor-faults.md")).unwrap();
+    let text = std::fs::read_to_string(package().join("../docs/safety.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
     let rows: Vec<Vec<&str>> =
         rows.map(|row| row.split('|').map(|cell| cell.trim().trim_matches('`')).collect()).collect();

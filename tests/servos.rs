@@ -1,4 +1,4 @@
-//! Hazards of servo pulses as angles of modelled servos: the numbers of docs/servos.md, which `FOOTFALL_WRITE_DOCS=1` writes again.
+//! Hazards of servo pulses as angles of modelled servos: the numbers of docs/safety.md, which `FOOTFALL_WRITE_DOCS=1` writes again.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -65,8 +65,7 @@ fn first_pulse(kind: Kind) -> (f64, f64) {
 
 /// Time for which an arming at the last pulses holds them (`joint-loop/src/motion/start.rs`), s.
 const HELD_S: f64 = 0.5;
-/// Ramp of an arming at the park pose, s, and largest rate of a setpoint, degrees/s.
-const RAMP_S: f64 = 2.0;
+/// Largest rate of a setpoint, degrees/s.
 const RATE: f64 = 500.0;
 
 /// An arming 60 degrees from the park pose: the angle between the shaft and the first pulse that the servo takes, degrees, if the pulses are held for so long
@@ -75,12 +74,6 @@ fn first_taken(kind: Kind, held_s: f64) -> f64 {
     let start_s = DataSheet::of(kind).start_up_s;
     let frames = (start_s / FRAME_S).ceil();
     (RATE * (frames * FRAME_S - held_s)).clamp(0.0, 60.0)
-}
-
-/// The same where the arming starts at the park pose, and the ramp leads the joint 60 degrees away.
-fn first_of_ramp(kind: Kind) -> f64 {
-    let x = DataSheet::of(kind).start_up_s / RAMP_S;
-    60.0 * (10.0 * x.powi(3) - 15.0 * x.powi(4) + 6.0 * x.powi(5))
 }
 
 /// Torque 0.1 s after the last pulse, with the supply and without it.
@@ -101,9 +94,6 @@ fn table() -> String {
         "a pulse is cut at any moment, and the supply goes 50 us later: largest angle that the shaft turns by",
         &|kind| format!("{:.3} degrees", after_a_cut(kind, Some(SUPPLY_S))),
     );
-    row("the same, and the supply goes after a tick of 1 ms", &|kind| {
-        format!("{:.2} degrees", after_a_cut(kind, Some(1e-3)))
-    });
     row("the same, and the supply stays, as on a robot without the rail switch", &|kind| {
         format!("{:.1} degrees", after_a_cut(kind, None))
     });
@@ -118,12 +108,6 @@ fn table() -> String {
         "arming at the last pulses, 60 degrees from the park pose: angle by which the servo jumps to the first pulse that it takes",
         &|kind| format!("{:.1} degrees", first_taken(kind, HELD_S)),
     );
-    row("the same, if these pulses were held for two servo frames only", &|kind| {
-        format!("{:.1} degrees", first_taken(kind, 2.0 * FRAME_S))
-    });
-    row("the same at the park pose, where nothing is held, for a joint that walks 60 degrees from it", &|kind| {
-        format!("{:.1} degrees", first_of_ramp(kind))
-    });
     row("100 ms after the last pulse, the supply stays: torque that is left", &|kind| {
         format!("{:.0} %", after_silence(kind)[0] * 100.0)
     });
@@ -133,7 +117,7 @@ fn table() -> String {
 
 #[test]
 fn the_page_has_the_numbers_of_the_models() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/servos.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/safety.md");
     let page = std::fs::read_to_string(&path).expect("the page");
     let (head, rest) = page.split_once(MARKS[0]).expect("the first mark");
     let (_, tail) = rest.split_once(MARKS[1]).expect("the last mark");
@@ -144,7 +128,7 @@ fn the_page_has_the_numbers_of_the_models() {
     }
     assert!(
         page == written,
-        "docs/servos.md is not up to date; FOOTFALL_WRITE_DOCS=1 writes it. The table is\n{}",
+        "docs/safety.md is not up to date; FOOTFALL_WRITE_DOCS=1 writes it. The table is\n{}",
         table()
     );
 }

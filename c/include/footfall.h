@@ -133,7 +133,7 @@ typedef struct {
   uint32_t tick;
   // State of the supervisor: 0 boot, 1 disarmed, 2 arming, 3 walking, 4 stopping, 5 fault, 6 trim_ready, 7 trimming.
   uint8_t state;
-  // Why the last motion ended or was refused, as a number; docs/sensor-faults.md has the names.
+  // Why the last motion ended or was refused, as a number; docs/safety.md has the names.
   uint8_t cause;
   // Setpoints, rad.
   float setpoints_rad[4];

@@ -92,7 +92,7 @@ pub struct FootfallFrame {
     pub tick: u32,
     /// State of the supervisor: 0 boot, 1 disarmed, 2 arming, 3 walking, 4 stopping, 5 fault, 6 trim_ready, 7 trimming.
     pub state: u8,
-    /// Why the last motion ended or was refused, as a number; docs/sensor-faults.md has the names.
+    /// Why the last motion ended or was refused, as a number; docs/safety.md has the names.
     pub cause: u8,
     /// Setpoints, rad.
     pub setpoints_rad: [f32; 4],

@@ -11,8 +11,6 @@ pub(crate) const FILE: &str = "hazards.toml";
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Hazards {
-    /// What the controller must not be used for, a sentence each.
-    pub(crate) not_for: Vec<String>,
     #[serde(rename = "hazard")]
     pub(crate) list: Vec<Hazard>,
 }

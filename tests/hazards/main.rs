@@ -1,5 +1,4 @@
-//! `hazards.toml` keeps its rules, names tests that exist, and is what `docs/safety.md` and the README say. With `FOOTFALL_WRITE_DOCS=1` these two
-//! are written instead.
+//! `hazards.toml` keeps its rules, names tests that exist, and is what `docs/safety.md` says. With `FOOTFALL_WRITE_DOCS=1` the page is written instead.
 
 mod entry;
 mod named;
@@ -21,35 +20,25 @@ fn every_entry_keeps_the_rules() {
     assert_none(&violations(&hazards), &format!("faults of {}", entry::FILE));
 }
 
-/// Compares a page with what it should be, or writes it.
-fn compare(name: &str, page: &str) {
+#[test]
+fn the_page_has_the_hazards_of_the_file() {
+    const PAGE: &str = "docs/safety.md";
+    let found = read(PAGE);
+    let [begin, end] = MARKS;
+    let (before, rest) = found.split_once(begin).unwrap_or_else(|| panic!("{PAGE} has no line {begin}"));
+    let (_, after) = rest.split_once(end).unwrap_or_else(|| panic!("{PAGE} has no line {end}"));
+    let page = format!("{before}{begin}\n\n{}\n{end}{after}", page::hazards(&Hazards::of_repository()));
     if std::env::var_os("FOOTFALL_WRITE_DOCS").is_some_and(|value| value == "1") {
-        std::fs::write(root().join(name), page).unwrap_or_else(|error| panic!("{name}: {error}"));
+        std::fs::write(root().join(PAGE), page).unwrap_or_else(|error| panic!("{PAGE}: {error}"));
+        return;
     }
-    let found = read(name);
     let differs = found.lines().zip(page.lines()).position(|(found, page)| found != page);
     assert!(
         found == page,
-        "{name} differs from {} from line {} on: FOOTFALL_WRITE_DOCS=1 writes it",
+        "{PAGE} differs from {} from line {} on: FOOTFALL_WRITE_DOCS=1 writes it",
         entry::FILE,
         differs.map_or(found.lines().count().min(page.lines().count()) + 1, |line| line + 1)
     );
-}
-
-#[test]
-fn the_page_is_that_of_the_file() {
-    compare("docs/safety.md", &page::safety(&Hazards::of_repository()));
-}
-
-#[test]
-fn the_readme_has_the_counts_and_times_of_the_file() {
-    let readme = read("README.md");
-    let [begin, end] = MARKS;
-    let (before, rest) = readme.split_once(begin).unwrap_or_else(|| panic!("README.md has no line {begin}"));
-    let (_, after) = rest.split_once(end).unwrap_or_else(|| panic!("README.md has no line {end}"));
-    let hazards = Hazards::of_repository();
-    let (counts, times) = (page::counts(&hazards), page::times(&hazards));
-    compare("README.md", &format!("{before}{begin}\n\n{counts}\n{times}\n{end}{after}"));
 }
 
 /// A longest time that no test compares with what it measures could be anything. By the text of the file, not of the function; what runs on the host
@@ -69,8 +58,6 @@ fn each_longest_time_is_named_in_a_file_of_its_tests_that_compares_times() {
 
 /// A file without a fault, from which the defects below are made.
 const SOUND: &str = r#"
-not_for = ["Nothing else."]
-
 [[hazard]]
 id = "H01"
 cause = "a task hangs"
@@ -98,11 +85,10 @@ why = "The firmware does not write flash."
 "#;
 
 /// A change of the text above, and what is said of it.
-const DEFECTS: [(&str, &str, &str); 28] = [
+const DEFECTS: [(&str, &str, &str); 27] = [
     ("H02", "H03", "H03: the number before it is H01"),
     ("H02", "H01", "H01: the number before it is H01"),
     ("H02", "X2", "`X2` is no ID"),
-    ("not_for = [\"Nothing else.\"]", "not_for = []", "not_for is empty"),
     ("detection = \"watchdog\"\n", "", "it needs `detection`"),
     ("reaction = \"reset\"\n", "", "it needs `reaction`"),
     ("reaction = \"reset\"", "reaction = \"\"", "`reaction` is no single line"),

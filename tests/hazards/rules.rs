@@ -9,11 +9,6 @@ const UNITS: [&str; 6] = [" us", " ms", " s", " h", " ticks", " V"];
 /// Every rule that the file does not keep to, a line each.
 pub(crate) fn violations(hazards: &Hazards) -> Vec<String> {
     let mut found = numbers(hazards);
-    let uses = hazards.not_for.iter().filter(|text| !is_line(text));
-    found.extend(uses.map(|text| format!("not_for: `{text}` is no single line of text")));
-    if hazards.not_for.is_empty() {
-        found.push("not_for is empty; it says what the controller must not be used for".to_owned());
-    }
     for hazard in &hazards.list {
         found.extend(entry(hazard).into_iter().map(|fault| format!("{}: {fault}", hazard.id)));
     }

@@ -1,7 +1,7 @@
 //! What must hold of any bytes that a decoder is given. Each function takes bytes and panics if a property does not hold.
 //!
 //! The fuzz targets of the folder above call these functions with bytes that libFuzzer makes; `tests/corpus.rs` calls them with the bytes
-//! that were kept. `docs/fuzzing.md` lists the targets, their properties and the runs.
+//! that were kept. `docs/results.md` says how they are run.
 
 pub mod flash_records;
 pub mod gait_files;
@@ -30,7 +30,7 @@ const fn target(name: &'static str, check: fn(&[u8])) -> Target {
     Target { name, check }
 }
 
-/// The targets of the cores, of parameter files and of readers of gait, in the order of `docs/fuzzing.md`.
+/// The targets of the cores, of parameter files and of readers of gait.
 pub const TARGETS: [Target; 21] = [
     target("generator_record", flash_records::generator),
     target("sensor_record", flash_records::sensors),

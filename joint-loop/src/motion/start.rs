@@ -19,7 +19,7 @@ use joint_units::{Joint, Period, PulseMicros, Radians};
 /// Time after the last pulse, or after a boot that kept it, for which it is known, s. Later a person may have moved the joint, or its weight.
 pub const KNOWN_S: f32 = 60.0;
 /// Time for which the last pulses are held, s: two servo frames, and more than a digital servo is assumed to take from its supply to its first pulse
-/// (0.2 s, `docs/servos.md`). Where an arming starts at the park pose nothing is held: the ramp leaves it slowly.
+/// (0.2 s, `docs/safety.md`). Where an arming starts at the park pose nothing is held: the ramp leaves it slowly.
 const WAIT_S: f32 = 0.5;
 /// Time in which a pulse moves by one microsecond in a trim, and on a `Way`, s.
 pub const STEP_S: f32 = 0.01;

@@ -44,7 +44,7 @@ const FIRST: &str = "Servos unplugged or their supply off. The emergency stop is
 
 const LEVEL: &str = "hazards.toml H27: the level that fits the board's supply, from its boot record";
 const WIDTH: &str = "two time stamps in steps of 1 us (firmware/src/sync_input.rs); the timer of the pulses counts 1 us too (firmware/src/servo_pwm.rs)";
-const DEAD_BAND: &str = "no servo of docs/servos.md turns by less than its dead band, 4 us; a stamp is late while the log masks the interrupts, so it judges the middle half of the pulses";
+const DEAD_BAND: &str = "no servo of docs/safety.md turns by less than its dead band, 4 us; a stamp is late while the log masks the interrupts, so it judges the middle half of the pulses";
 const PERIOD: &str = "hazards.toml H26: 50 Hz within 0.01 %";
 const END: &str = "hazards.toml H07: the outputs go off at the end of a pulse, 2.5 ms later at most; and the tick that reports it, 1 ms";
 const STOP: &str =
