@@ -1,4 +1,4 @@
-//! Programs in Python as independent readers: a capture by `mcap` and `rosbags`, with the examples of `python/examples`, its robot by
+//! Programs in Python as independent readers: a capture by `mcap` and `rosbags`, with the examples of `examples/ros2`, its robot by
 //! `yourdfpy`, its joint states by Foxglove's package, and a run that is served by `websockets`.
 
 mod support;
@@ -79,7 +79,7 @@ fn the_examples_read_a_capture_as_ros_2() {
     let bench = Bench::plays(&walked(3));
     let (file, ros) = (capture(&bench), bench.path("ros2.mcap"));
     let ros = ros.to_str().unwrap();
-    let example = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../python/examples").join(name);
+    let example = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/ros2").join(name);
     python(&example("ros2_topics.py"), &[&file, ros]);
     let printed = python(&example("read_ros2.py"), &[ros]);
     let states = readers(&["capture", &file, bench.folder.path().to_str().unwrap()])["states"].clone();
