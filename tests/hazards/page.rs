@@ -17,7 +17,7 @@ What can go wrong with this controller, how it notices that, what it does about 
 `hazards.toml`, in which each hazard has its number, and names the tests. `FOOTFALL_WRITE_DOCS=1` and the test program `hazards` write it again.
 It is about the STM32F4 boards. What is shown on the virtual board is shown with the image of the Discovery, in some tests also with that of the Black
 Pill; the image of the Nucleo is built, and no test runs it. The [Raspberry Pi Pico](pico.md) has fewer protections, which its page names: what is shown here is not shown for it.
-Words such as gate, arm and park pose are in the [glossary](glossary.md), the reactions to each fault of a sensor in
+Words such as gate, arm and park pose are in the [glossary](architecture.md#words), the reactions to each fault of a sensor in
 [Sensor faults](sensor-faults.md). What H02, H03 and H09 mean to the joints, as angles of modelled servos, is in [Modelled servos](servos.md).
 ";
 
