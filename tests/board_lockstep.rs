@@ -172,7 +172,7 @@ fn the_first_line_names_protocol_and_joints() {
 }
 
 fn the_requests_of_the_page_have_the_answers_of_the_page() {
-    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/lockstep.md");
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/virtual-board.md");
     let text = std::fs::read_to_string(page).expect("the page");
     let blocks: Vec<&str> =
         text.split("```json\n").skip(1).map(|rest| rest.split("```").next().expect("its end")).collect();

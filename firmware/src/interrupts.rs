@@ -61,13 +61,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_list_is_in_order_and_in_the_documentation() {
+    fn the_list_is_in_order() {
         assert!(ENABLED.is_sorted_by_key(|interrupt| interrupt.priority));
-        let rows: String = ENABLED
-            .iter()
-            .map(|interrupt| format!("| `{}` | {} | {} |\n", interrupt.name, interrupt.priority, interrupt.what))
-            .collect();
-        let page = include_str!("../../docs/boards.md");
-        assert!(page.contains(&rows), "docs/boards.md should have\n{rows}");
+        assert!(ENABLED.iter().all(|interrupt| !interrupt.what.is_empty()));
     }
 }

@@ -125,9 +125,9 @@ def test_the_example_follows_the_leg(files: Dict[str, Path], tmp_path: Path) -> 
 
 
 def test_the_block_of_the_page_runs(files: Dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (ROOT / "docs" / "lockstep.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "virtual-board.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     (tmp_path / "firmware.elf").write_bytes(Path(os.environ["FOOTFALL_ELF"]).read_bytes())
     (tmp_path / "robot.bin").write_bytes(files["robot"].read_bytes())
     monkeypatch.chdir(tmp_path)
-    exec(compile(block, "docs/lockstep.md", "exec"), {})
+    exec(compile(block, "docs/virtual-board.md", "exec"), {})

@@ -266,7 +266,7 @@ def test_the_pulses_are_those_of_the_control_loop() -> None:
     trace, _ = walk("hung", 2.0)
     walking = trace.pulses_us
     assert walking[0].tolist() == [1500.0, 1500.0, 1056.0, 1944.0] and len(walking) == 100
-    # A target is the angle of a pulse from its end on, 2.5 ms after its edge at the latest: the default robot's map, from docs/boards.md.
+    # A target is the angle of a pulse from its end on, 2.5 ms after its edge at the latest: the map of `footfall defaults robot`.
     targets = trace.targets_rad[20 * np.arange(100) + 4]
     sign, neutral = np.array([1.0, -1.0, 1.0, -1.0]), np.radians([0.0, 0.0, 45.0, 45.0])
     np.testing.assert_allclose(targets, neutral + sign * (walking - 1500.0) / 636.62, atol=1e-5)

@@ -92,7 +92,7 @@ def test_the_gate_holds_what_the_loop_gives_and_limits_a_step(armed: Inputs) -> 
     gate = footfall.Gate()
     parts = [gate.limit(targets[:100]), gate.limit(targets[100:])]
     moved, bits = (np.concatenate(column) for column in zip(*parts))
-    # The default robot's limits, from docs/boards.md: 500 degrees a second, 20,000 degrees a second squared.
+    # The limits of `footfall defaults robot`: 500 degrees a second, 20,000 degrees a second squared.
     rates = np.diff(np.degrees(moved[:, 0].astype(np.float64)), prepend=np.degrees(park[0])) * 1000.0
     assert rates.max() == pytest.approx(500.0, abs=0.1) and np.abs(np.diff(rates, prepend=0.0)).max() == pytest.approx(20.0, abs=0.1)
     assert moved[-1, 0] == pytest.approx(one["most_rad"], abs=1e-6) and moved[:, 0].max() <= one["most_rad"]

@@ -1,4 +1,4 @@
-//! A conversation with the virtual board that steps it, docs/lockstep.md.
+//! A conversation with the virtual board that steps it, docs/virtual-board.md.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{ChildStdin, ChildStdout};

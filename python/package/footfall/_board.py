@@ -25,7 +25,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 #: Volts at pins, each held or from a first to a last value; or an array for the sensors from channel 1 on.
 Volts = Union[Mapping[str, Union[float, Sequence[float]]], npt.ArrayLike]
 
-#: Version of the protocol, docs/lockstep.md.
+#: Version of the protocol, docs/virtual-board.md.
 _VERSION = 1
 #: Pins of the sensors, channels 1 to 4.
 _SENSORS = ("PA1", "PC1", "PB0", "PB1")
@@ -364,7 +364,7 @@ def _emulator(given: Optional[PathLike]) -> str:
     if found is None:
         raise FileNotFoundError(
             f"no program `{_PROGRAM}`: build it in a clone with `cargo build --profile host -p {_PROGRAM}`, which writes target/host/{_PROGRAM}, "
-            f"and name it with `emulator` or the variable {_VARIABLE}; docs/lockstep.md"
+            f"and name it with `emulator` or the variable {_VARIABLE}; docs/virtual-board.md"
         )
     return found
 

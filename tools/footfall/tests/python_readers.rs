@@ -1,4 +1,4 @@
-//! Programs in Python as independent readers: a capture by `mcap` and `rosbags`, with the lines of `docs/live-view.md`, its robot by
+//! Programs in Python as independent readers: a capture by `mcap` and `rosbags`, with the examples of `examples/ros2`, its robot by
 //! `yourdfpy`, its joint states by Foxglove's package, and a run that is served by `websockets`.
 
 mod support;
@@ -14,7 +14,7 @@ use test_suite::tests;
 fn main() -> ExitCode {
     test_suite::run(tests![
         a_capture_is_read_with_its_times_states_and_robot(Python),
-        the_lines_of_the_page_read_a_capture_as_ros_2(Python),
+        the_examples_read_a_capture_as_ros_2(Python),
         a_client_in_python_gets_joints_live(Python),
     ])
 }
@@ -75,18 +75,13 @@ fn a_capture_is_read_with_its_times_states_and_robot() {
     assert_eq!(shank_m, [0.2, 0.06, 0.0]);
 }
 
-fn the_lines_of_the_page_read_a_capture_as_ros_2() {
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/live-view.md")).unwrap();
-    let blocks: Vec<&str> = page.split("```python\n").skip(1).map(|text| text.split("```").next().unwrap()).collect();
-    assert_eq!(blocks.len(), 2);
+fn the_examples_read_a_capture_as_ros_2() {
     let bench = Bench::plays(&walked(3));
     let (file, ros) = (capture(&bench), bench.path("ros2.mcap"));
     let ros = ros.to_str().unwrap();
-    for (name, block) in ["one.py", "two.py"].iter().zip(&blocks) {
-        std::fs::write(bench.path(name), block).unwrap();
-    }
-    python(&bench.path("one.py"), &[&file, ros]);
-    let printed = python(&bench.path("two.py"), &[ros]);
+    let example = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/ros2").join(name);
+    python(&example("ros2_topics.py"), &[&file, ros]);
+    let printed = python(&example("read_ros2.py"), &[ros]);
     let states = readers(&["capture", &file, bench.folder.path().to_str().unwrap()])["states"].clone();
     let rows: Vec<Vec<&str>> = printed.lines().map(|line| line.split(' ').collect()).collect();
     assert_eq!(rows.len(), 300);

@@ -222,7 +222,7 @@ struct Cli {
     /// Cycles per instruction, 0.1 to 100
     #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
-    /// A program steps the board: it reads requests on standard input, one JSON object a line, and answers each; docs/lockstep.md
+    /// A program steps the board: it reads requests on standard input, one JSON object a line, and answers each; docs/virtual-board.md
     #[arg(long, conflicts_with_all = ["secs", "volts", "pace", "campaign", "self_test_exit"])]
     lockstep: bool,
     /// Make a pseudo-terminal that is the host's end of the serial port USART2; its name is in a line of the output

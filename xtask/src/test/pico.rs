@@ -15,7 +15,7 @@ use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
 
-/// Pairs at random for each routine of floating-point numbers; a longer run is a command of its own (docs/pico.md).
+/// Pairs at random for each routine of floating-point numbers; `float.mjs` takes another number.
 const PAIRS: &str = "50000";
 
 /// The page whose first commands are run.

@@ -1,4 +1,4 @@
-"""The flashed image on the virtual board as the driver of a body (docs/lockstep.md)."""
+"""The flashed image on the virtual board as the driver of a body (docs/virtual-board.md)."""
 
 from types import TracebackType
 from typing import List, Optional, Sequence, Type

@@ -1,4 +1,4 @@
-//! Protocol by which a program steps the board: requests on standard input, docs/lockstep.md. Answers are lines of [`crate::report`].
+//! Protocol by which a program steps the board: requests on standard input, docs/virtual-board.md. Answers are lines of [`crate::report`].
 
 mod entries;
 mod request;
