@@ -248,7 +248,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo test -p footfall-tests --test entrainment",
             "cargo test -p footfall-tests --test recordings -- --nocapture an_hour",
             "cargo test -p footfall-tests --test sensor_faults -- --nocapture",
-            "cargo test -p gait-trace",
             "cargo test -p fuzz-properties",
         ],
     ),
