@@ -270,7 +270,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         "needs GNU parallel, and names a folder of the reader",
         &["parallel --jobs 4 footfall fit recordings/ -o fits --shard {}/4 ::: 1 2 3 4"],
     ),
-    ("names an option of a command", &["footfall check --trace"]),
     ("names a way to work: it asks for angles and waits for codes", &["footfall calibrate --guide"]),
 ];
 

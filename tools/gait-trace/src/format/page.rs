@@ -80,7 +80,7 @@ An option names the sign of the file that is read: for a conversion give `--hip-
 - Of several components of an angle (`left_knee_angle_x`, `_y`, `_z`) the one that clearly moves most at the knees is read for all joints, with a warning;
   else `--axis x|y|z` or a map is required. Plug-in Gait's names have flexion in X. Positions and quaternions are errors.
 - `--map left_hip=COLUMN,...` names a column by its heading or its number. In CSV, OpenSim and oscilloscope files columns are counted from 1, with the column
-  of the time; in other formats the error lists what is counted. A map does not turn another quantity (`left_hip (mA)`, `Left Hip Moment`) into an angle.
+  of the time; in other formats by the list in the error. A map does not turn another quantity (`left_hip (mA)`, `Left Hip Moment`) into an angle.
 - Several values in a column such as `subject`, `id`, `trial`, `session` or `side` are an error that lists them: `--where subject=S01` chooses, may be
   repeated, and `--where 'subject=*'` reads all rows. Times that begin again and rows that alternate between recordings are errors too.
 - A file of Vicon Nexus, Visual3D or C3D with several subjects, recordings or ranges is refused with their names. A map of one joint chooses for all:
