@@ -122,14 +122,6 @@ def test_ten_robots_have_an_interval() -> None:
     assert lines[-1].startswith("| softer | +0.100 (+0.100 to +0.100) |")
 
 
-def test_the_page_has_both_lines_of_each_law() -> None:
-    lines = (ROOT / "docs" / "body.md").read_text(encoding="utf-8").splitlines()
-    for name in LAWS:
-        found = [line for line in lines if line.startswith(f"| {name} | ")]
-        assert len(found) == (1 if name == "none" else 2), name
-        assert re.match(r"\| [^|]+ \| \d+ of 50 \| ", found[0]) and all(re.match(r"\| [^|]+ \| [+-]\d", line) for line in found[1:]), name
-
-
 def test_the_command_prints_what_robots_stand_with_a_law_and_the_difference_to_none() -> None:
     options = ["--gait", "python/walks/desk-free.toml", "--robot-file", "python/walks/desk-free-robot.toml", "--secs", "5.5", "--seeds", "1"]
     command = [sys.executable, "-m", "footfall.body", "feedback", *options, "--law", "hips softer 0.7", "--json", "--quiet"]
@@ -227,13 +219,6 @@ def test_the_command_tries_the_control_loop_with_feedback_and_without() -> None:
     assert (found["robots"], found["feedback"]) == (1, 0.3) and [one["trial"] for one in found["trials"]] == list(TRIALS)
     undisturbed = found["trials"][0]
     assert undisturbed["without"] == undisturbed["with_share"] == [True] and undisturbed["limited_share"] > 0.02
-
-
-def test_the_page_has_each_trial() -> None:
-    lines = (ROOT / "docs" / "body.md").read_text(encoding="utf-8").splitlines()
-    for name in TRIALS:
-        (line,) = [line for line in lines if line.startswith(f"| {name} | ")]
-        assert re.match(r"\| [^|]+ \| \d+ of 50 \(\d+ to \d+ %\) \| \d+ of 50 ", line), line
 
 
 def test_pulses_without_a_body_are_none_of_a_robot_with_feedback(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ def test_rates_are_the_derivatives_of_the_angles() -> None:
 
 
 def test_angles_are_radians(samples: Path) -> None:
-    """The knees of the default walk bend by -2 to 62 degrees, as docs/generators.md has it."""
+    """The knees of the default walk bend by -2 to 62 degrees."""
     knees = footfall.Generator.default().run(10.0).angles_rad[5000:, 2:]
     assert -4.0 < math.degrees(knees.min()) < 0.0 and 60.0 < math.degrees(knees.max()) < 64.0
 

@@ -42,8 +42,8 @@ pub const LEAST_RANGE_DEG: f64 = 1.0;
 /// Random starts of a generator that is only compared, as in the check of the thesis' network; the certificate has more.
 const COMPARED_STARTS: u32 = 100;
 
-/// The search for a thesis network simulates this part of the networks if it is only compared: on 17 recordings its error was 0.98 times that
-/// of the whole search, and between 0.80 and 1.13 times (`docs/fitting.md`).
+/// The search for a thesis network simulates this part of the networks if it is only compared: on 17 recordings its error was 0.98 times the
+/// error of the whole search in the mean, 0.80 to 1.13 times.
 const COMPARED_PART: usize = 3;
 
 /// Goal for the error of hip and knee against the mean stride, degrees.

@@ -155,6 +155,6 @@ fn a_whole_course_keeps_walking() {
             *furthest = furthest.max(angle.degrees());
         }
     }
-    assert_eq!(limited, 70, "docs/gaits.md has the number of ticks in which a limit acts");
+    assert_eq!(limited, 70, "ticks in which a limit acts");
     assert!(furthest[2] > 60.0 && furthest[0] > 20.0, "{furthest:?}");
 }

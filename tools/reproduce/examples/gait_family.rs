@@ -1,13 +1,11 @@
 //! Fits the gaits of `cpg_core::gait::family` to recordings and judges them on recordings that were not fitted.
 //!
-//! `cargo run -p reproduce --example gait_family` prints the tables of `docs/gaits.md`; with `-- --write` it also writes them there, the picture
-//! beside them, and the numbers into `cpg-core`. The recordings are read from the folder that `FOOTFALL_TRACES` names.
+//! `cargo run -p reproduce --example gait_family` prints the errors; with `-- --write` it also writes the numbers into `cpg-core`. The recordings are read from the folder that `FOOTFALL_TRACES` names.
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use reproduce::gait_family::page::{numbers, tables, with_tables};
-use reproduce::gait_family::picture::picture;
+use reproduce::gait_family::page::{numbers, tables};
 use reproduce::gait_family::study::study;
 use test_suite::traces_folder;
 
@@ -30,17 +28,9 @@ fn run() -> Result<(), String> {
     let study = study(&traces_folder())?;
     print!("{}", tables(&study));
     if write {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let page = root.join("docs/gaits.md");
-        let text = std::fs::read_to_string(&page).map_err(|error| format!("{}: {error}", page.display()))?;
-        for (path, text) in [
-            (root.join("cpg-core/src/gait/family/numbers.rs"), numbers(&study)),
-            (root.join("docs/gaits.svg"), picture(&study)?),
-            (page, with_tables(&text, &tables(&study))?),
-        ] {
-            std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
-            eprintln!("wrote {}", path.display());
-        }
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cpg-core/src/gait/family/numbers.rs");
+        std::fs::write(&path, numbers(&study)).map_err(|error| format!("{}: {error}", path.display()))?;
+        eprintln!("wrote {}", path.display());
     }
     Ok(())
 }

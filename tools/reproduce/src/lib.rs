@@ -17,7 +17,7 @@
 //!
 //! | example | content |
 //! |---|---|
-//! | `gait_family` | the numbers of `cpg_core::gait::family`, the tables of `docs/gaits.md` and the picture beside them |
+//! | `gait_family` | the numbers of `cpg_core::gait::family`, and the tables of their errors |
 //! | `normative_band` | the numbers of `gait_fit::normative` |
 //!
 //! The fits that the product uses (CMA-ES, Levenberg-Marquardt, the orbit check) are in [`gait_fit::search`].

@@ -14,8 +14,8 @@
 //!
 //! [`FamilyGait`] is the family as one generator: it stands, starts, changes its cadence, changes between walk and run, and stops.
 //!
-//! Sources and licences are in [`sources`]; the errors on persons that were not fitted, and the command that makes all numbers again, are in
-//! `docs/gaits.md`.
+//! Sources and licences are in [`sources`]. `cargo run -p reproduce --example gait_family` computes the numbers and the errors on persons that were
+//! not fitted.
 
 mod ends;
 mod gait;

@@ -26,12 +26,12 @@ _EXAMPLES = """examples:
   python -m footfall.body worn --servo DS3225 --cuff rigid --cuff 180 --event step --picture step.png
   python -m footfall.body worn --recording samples/walk.csv --event estop --no-rail-switch --json
 
-with the flashed image (docs/wearer.md says how its records are written):
+with the flashed image (docs/body.md says how its records are written):
   python -m footfall.body worn --follower follower.toml --elf firmware.elf --robot-record robot.bin \\
       --generator-record follower.bin --sensor-record sensors.bin
   python -m footfall.body worn ... --faults tests/campaign/faults.toml --every 10
 
-All numbers are simulation. The person is stronger than the servos, and the orthosis has no mass; docs/wearer.md says what that leaves out."""
+All numbers are simulation. The person is stronger than the servos, and the orthosis has no mass; docs/body.md says what that leaves out."""
 
 #: When a fault of the campaign comes after the arming, s, and how long the torque is judged after it, s.
 _FAULT_AT_S, _FAULT_SHOWN_S = 7.0, 3.0
@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--sensor-file", metavar="FILE", help="calibration of the sensor; without it, the published curve")
     parser.add_argument("--servo", action="append", choices=servos(), help="may be given several times (MG996R)")
     parser.add_argument("--supply", metavar="V", type=float, help="supply of the servos, V; without it, the highest of the data sheet")
-    parser.add_argument("--cuff", action="append", type=_cuff, metavar="rigid|NM_PER_RAD", help=f"may be given several times (rigid); docs/wearer.md has {CUFFS_NM_RAD[0]:g}, {CUFFS_NM_RAD[1]:g} and {CUFFS_NM_RAD[2]:g}")
+    parser.add_argument("--cuff", action="append", type=_cuff, metavar="rigid|NM_PER_RAD", help=f"may be given several times (rigid); docs/body.md has {CUFFS_NM_RAD[0]:g}, {CUFFS_NM_RAD[1]:g} and {CUFFS_NM_RAD[2]:g}")
     parser.add_argument("--event", action="append", choices=names, help="may be given several times; all of them without it")
     parser.add_argument("--no-rail-switch", action="store_true", help="no switch of the servos' supply that the board opens when its outputs go off")
     parser.add_argument("--robot-file", metavar="FILE", help="robot file with servo map and limits; the default robot without it")

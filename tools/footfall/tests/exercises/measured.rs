@@ -19,16 +19,12 @@ pub(crate) fn measured(shell: &Shell) -> Vec<(usize, &'static str, f64)> {
     };
     let lost = json("walk.json")["kicks_lost"].as_array().expect("a list").len() as f64;
     let width = |row: usize| {
-        let edge = |key: &str| at("tongue.json", &format!("/entrainment/{row}/{key}"));
+        let edge = |key: &str| at("walk.json", &format!("/entrainment/{row}/{key}"));
         edge("high_hz") - edge("low_hz")
     };
     let (weak, strong) = (width(0), width(2));
-    assert_eq!(
-        (at("tongue.json", "/entrainment/0/strength"), at("tongue.json", "/entrainment/2/strength")),
-        (0.1, 0.5)
-    );
+    assert_eq!((at("walk.json", "/entrainment/0/strength"), at("walk.json", "/entrainment/2/strength")), (0.1, 0.5));
     let lag = |name: &str| lag(&std::fs::read_to_string(shell.path(name)).unwrap());
-    let slips = at("gap.json", "/slips") + at("long-gap.json", "/slips");
     let circle = json("circle.json");
     let operations = circle["parts"][0]["operations"].as_object().map_or(0, |all| all.len()) as f64;
     vec![
@@ -36,43 +32,31 @@ pub(crate) fn measured(shell: &Shell) -> Vec<(usize, &'static str, f64)> {
         (1, "kicks that do not come back", lost),
         (1, "settling time, s", at("walk.json", "/settling_s")),
         (1, "largest Floquet multiplier", at("walk.json", "/multipliers/0")),
-        (2, "width at strength 0.1, Hz", weak),
-        (2, "width at strength 0.5, Hz", strong),
-        (2, "ratio of both widths", strong / weak),
-        (3, "lag of the walk", lag("natural.csv")),
-        (3, "lag of the gallop", lag("gallop.csv")),
-        (3, "lag of the hop", lag("hop.csv")),
-        (4, "time until locked, s", at("follow.json", "/lock_s")),
-        (4, "phase error, degrees of the cycle", at("follow.json", "/phase_sd_deg")),
-        (4, "error of the right knee, degrees", at("follow.json", "/steady_rmse_deg/right_knee")),
-        (4, "the same with a perfect phase, degrees", at("follow.json", "/perfect_phase_rmse_deg/right_knee")),
-        (5, "lowest cadence, of its own", at("follower.json", "/following/lock_range/0")),
-        (5, "highest cadence, of its own", at("follower.json", "/following/lock_range/1")),
-        (5, "median time until locked, s", at("follower.json", "/following/lock_median_s")),
-        (5, "longest time until locked, s", at("follower.json", "/following/lock_worst_s")),
-        (6, "error at an unknown pose, 18 poses, degrees", at("many.json", "/unknown_pose_deg")),
-        (6, "error at an unknown pose, 4 poses, degrees", at("few.json", "/unknown_pose_deg")),
-        (6, "largest hysteresis, 18 poses, degrees", at("many.json", "/hysteresis/largest_deg")),
-        (7, "error of the left knee at 250 degrees a second, degrees", at("slow.json", "/joints/2/rmse_driven_deg")),
-        (7, "the same with the fit inside the limits, degrees", at("inside.json", "/joints/2/rmse_driven_deg")),
-        (7, "walks at 250 degrees a second", at("slow.json", "/certificate/drive/walks")),
-        (7, "walks at 150 degrees a second", at("slower.json", "/certificate/drive/walks")),
-        (8, "holds, 1 s", at("gap.json", "/holds")),
-        (8, "time of the hold, s", at("gap.json", "/hold_events/0/t_s")),
-        (8, "error of the left hip, 1 s, degrees", at("gap.json", "/steady_rmse_deg/left_hip")),
-        (8, "error of the left hip, 3.5 s, degrees", at("long-gap.json", "/steady_rmse_deg/left_hip")),
-        (8, "slips, both", slips),
-        (9, "error with 1 harmonic, degrees", at("one.json", "/rmse_heldout_deg")),
-        (9, "error with 2 harmonics, degrees", at("two.json", "/rmse_heldout_deg")),
-        (9, "error with 3 harmonics, degrees", at("three.json", "/rmse_heldout_deg")),
-        (9, "error with 6 harmonics, degrees", at("six.json", "/rmse_heldout_deg")),
-        (9, "floor of the left knee, degrees", at("six.json", "/joints/2/heldout_floor_deg")),
-        (10, "concurrency of the triangle", at("triangle.json", "/parts/0/concurrency")),
-        (10, "concurrency of the ring", at("ring.json", "/parts/0/concurrency")),
-        (10, "period of the ring, steps", at("ring.json", "/parts/0/period_steps")),
-        (10, "concurrency of the sample's ring", at("legs.json", "/parts/0/concurrency")),
-        (10, "nodes of the circle that operate", operations),
-        (10, "duty of the extensor", at("block.json", "/extensor_duty")),
+        (1, "width at strength 0.1, Hz", weak),
+        (1, "width at strength 0.5, Hz", strong),
+        (1, "ratio of both widths", strong / weak),
+        (2, "lag of the walk", lag("natural.csv")),
+        (2, "lag of the gallop", lag("gallop.csv")),
+        (2, "lag of the hop", lag("hop.csv")),
+        (3, "time until locked, s", at("follow.json", "/lock_s")),
+        (3, "phase error, degrees of the cycle", at("follow.json", "/phase_sd_deg")),
+        (3, "error of the right knee, degrees", at("follow.json", "/steady_rmse_deg/right_knee")),
+        (3, "the same with a perfect phase, degrees", at("follow.json", "/perfect_phase_rmse_deg/right_knee")),
+        (3, "error of the left hip, 3.5 s, degrees", at("long-gap.json", "/steady_rmse_deg/left_hip")),
+        (4, "error at an unknown pose, 18 poses, degrees", at("many.json", "/unknown_pose_deg")),
+        (4, "error at an unknown pose, 4 poses, degrees", at("few.json", "/unknown_pose_deg")),
+        (4, "largest hysteresis, 18 poses, degrees", at("many.json", "/hysteresis/largest_deg")),
+        (5, "error with 1 harmonic, degrees", at("one.json", "/rmse_heldout_deg")),
+        (5, "error with 2 harmonics, degrees", at("two.json", "/rmse_heldout_deg")),
+        (5, "error with 3 harmonics, degrees", at("three.json", "/rmse_heldout_deg")),
+        (5, "error with 6 harmonics, degrees", at("six.json", "/rmse_heldout_deg")),
+        (5, "floor of the left knee, degrees", at("six.json", "/joints/2/heldout_floor_deg")),
+        (6, "concurrency of the triangle", at("triangle.json", "/parts/0/concurrency")),
+        (6, "concurrency of the ring", at("ring.json", "/parts/0/concurrency")),
+        (6, "period of the ring, steps", at("ring.json", "/parts/0/period_steps")),
+        (6, "concurrency of the sample's ring", at("legs.json", "/parts/0/concurrency")),
+        (6, "nodes of the circle that operate", operations),
+        (6, "duty of the extensor", at("block.json", "/extensor_duty")),
     ]
 }
 

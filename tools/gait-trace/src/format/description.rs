@@ -14,8 +14,6 @@ pub(crate) struct Description {
     pub(crate) signs: &'static str,
     /// Where times and rate come from.
     pub(crate) rate: &'static str,
-    /// What is assumed, and reported as a note.
-    pub(crate) said: &'static str,
     /// Options that override an assumption.
     pub(crate) options: &'static [&'static str],
 }

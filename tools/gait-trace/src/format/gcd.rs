@@ -28,7 +28,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "blocks `!LeftHipFlexExt`, `!RightKneeFlexExt`, `!LeftHipAngles`, ... (of three components the first), or `!HipFlexExt` without side",
     signs: DEFINED,
     rate: "none: a cycle from 0 to 1 (see below)",
-    said: "the cycle, and its stride time in the file; by how much the right leg is moved to the cycle of the left one; deviations, which are not read; the leg, where no side is named; degrees or radians by the values",
     options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

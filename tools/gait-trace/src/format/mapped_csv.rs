@@ -51,7 +51,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "one column a joint; of the components of Plug-in Gait (`LKneeAngles_X`, `LKneeAngles_Y`, ...) the first; of others (`left_knee_angle_x`, ...) the one that clearly moves most at the knees, with a warning, the same for all joints",
     signs: "of the first component of `LKneeAngles`, ... flexion positive; else the file's, then made flexion positive (see below)",
     rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames, or the part of a cycle (`pct`, `gait_cycle_percent`); none with `--rate`, which also replaces times that agree with it",
-    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
     options: &[
         "--map",
         "--where",

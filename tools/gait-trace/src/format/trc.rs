@@ -28,7 +28,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "markers of pelvis or hip, knee and ankle, as in C3D: the plane of vertical and walking direction",
     signs: "flexion positive, as computed (see below)",
     rate: "the second column, `Time` or `Times`, in seconds; `--rate` replaces times that agree with it",
-    said: "up and forward; hips computed from the pelvis, and markers that stand for joint centres; the unit of length by the width of the pelvis, where the file names none; numbers of frames or markers in the header that differ from the file",
     options: &["--rate", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

@@ -7,8 +7,6 @@ use memchr::memmem;
 pub(crate) struct Unsupported {
     /// What it is, with its article.
     pub(crate) what: &'static str,
-    /// How it begins, in words.
-    pub(crate) begins: &'static str,
     /// What to do instead.
     pub(crate) instead: &'static str,
     is: fn(&[u8]) -> bool,
@@ -24,13 +22,11 @@ const ANGLES: &str = "export the joint angles as CSV (`time_s,left_hip_deg,...`)
 pub(crate) const ALL: &[Unsupported] = &[
     Unsupported {
         what: "a BVH motion capture file",
-        begins: "`HIERARCHY`",
         instead: ANGLES,
         is: |bytes| trimmed(bytes).starts_with(b"HIERARCHY"),
     },
     Unsupported {
         what: "a JSON file",
-        begins: "`{\"`, `[{`, `[[` or `[\"`",
         instead: "write the joint angles as CSV (`time_s,left_hip_deg,...`), a row a sample (`pandas.read_json`, `to_csv`)",
         is: |bytes| {
             let mut text = trimmed(bytes).iter().copied().filter(|byte| !byte.is_ascii_whitespace());
@@ -39,73 +35,49 @@ pub(crate) const ALL: &[Unsupported] = &[
     },
     Unsupported {
         what: "a rosbag of ROS 1",
-        begins: "`#ROSBAG V`",
         instead: "convert it to MCAP (`mcap convert`), or write the joint angles of its messages as CSV (`rostopic echo -p`)",
         is: |bytes| bytes.starts_with(b"#ROSBAG V"),
     },
     Unsupported {
         what: "a Git LFS pointer, which stands for a larger file that was not downloaded",
-        begins: "`version https://git-lfs`",
         instead: "fetch the file itself: `git lfs pull`",
         is: |bytes| trimmed(bytes).starts_with(b"version https://git-lfs"),
     },
-    Unsupported {
-        what: "a PNG image",
-        begins: "0x89 `PNG`",
-        instead: PICTURE,
-        is: |bytes| bytes.starts_with(b"\x89PNG"),
-    },
-    Unsupported {
-        what: "a JPEG image",
-        begins: "0xff 0xd8 0xff",
-        instead: PICTURE,
-        is: |bytes| bytes.starts_with(b"\xff\xd8\xff"),
-    },
+    Unsupported { what: "a PNG image", instead: PICTURE, is: |bytes| bytes.starts_with(b"\x89PNG") },
+    Unsupported { what: "a JPEG image", instead: PICTURE, is: |bytes| bytes.starts_with(b"\xff\xd8\xff") },
     Unsupported {
         what: "a PDF document",
-        begins: "`%PDF-`",
         instead: "export the numbers in it as CSV",
         is: |bytes| bytes.starts_with(b"%PDF-"),
     },
     Unsupported {
         what: "an Excel workbook (.xlsx)",
-        begins: "a zip file with `xl/` in it",
         instead: "export the sheet as CSV",
         is: |bytes| is_zip_with(bytes, b"xl/"),
     },
     Unsupported {
         what: "an OpenDocument spreadsheet (.ods)",
-        begins: "a zip file with `opendocument` in it",
         instead: "export the sheet as CSV",
         is: |bytes| is_zip_with(bytes, b"opendocument"),
     },
     Unsupported {
         what: "a Simulink model (.slx)",
-        begins: "a zip file with `simulink/` in it",
         instead: "a model has no recording: write the logged joint angles as CSV in MATLAB (`writetable`)",
         is: |bytes| is_zip_with(bytes, b"simulink/"),
     },
-    Unsupported {
-        what: "arrays of NumPy (.npz)",
-        begins: "a zip file with `.npy` in it",
-        instead: TABLE,
-        is: |bytes| is_zip_with(bytes, b".npy"),
-    },
+    Unsupported { what: "arrays of NumPy (.npz)", instead: TABLE, is: |bytes| is_zip_with(bytes, b".npy") },
     Unsupported {
         what: "a zip file, perhaps a spreadsheet",
-        begins: "`PK`",
         instead: "unpack it, or export the sheet as CSV",
         is: |bytes| bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06"),
     },
     Unsupported {
         what: "a compressed file (gzip)",
-        begins: "0x1f 0x8b",
         instead: "unpack it first: `gunzip`",
         is: |bytes| bytes.starts_with(b"\x1f\x8b"),
     },
     Unsupported {
         what: "a compressed file (bzip2, xz, zstd, 7z or rar)",
-        begins: "`BZh`, 0xfd `7zXZ`, 0x28 0xb5 0x2f 0xfd, `7z` 0xbc 0xaf, or `Rar!`",
         instead: UNPACK,
         is: |bytes| {
             const MAGIC: [&[u8]; 5] =
@@ -115,55 +87,42 @@ pub(crate) const ALL: &[Unsupported] = &[
     },
     Unsupported {
         what: "an old Excel workbook (.xls), or another file of Microsoft Office",
-        begins: "0xd0 0xcf 0x11 0xe0",
         instead: "export the sheet as CSV",
         is: |bytes| bytes.starts_with(b"\xd0\xcf\x11\xe0"),
     },
     Unsupported {
         what: "a MATLAB file (.mat)",
-        begins: "`MATLAB 5.0 MAT-file`, or `MATLAB 7.3 MAT-file`",
         instead: "write the joint angles as CSV in MATLAB (`writetable`)",
         is: |bytes| bytes.starts_with(b"MATLAB 5.0 MAT-file") || bytes.starts_with(b"MATLAB 7.3 MAT-file"),
     },
     Unsupported {
         what: "an HDF5 file, perhaps of MATLAB, pandas or a motion capture program",
-        begins: "0x89 `HDF`",
         instead: "write its joint angles as CSV (`h5py` in Python, `h5read` and `writetable` in MATLAB)",
         is: |bytes| bytes.starts_with(b"\x89HDF\r\n"),
     },
     Unsupported {
         what: "a Parquet, Feather or Arrow file",
-        begins: "`PAR1`, `FEA1` or `ARROW1`",
         instead: TABLE,
         is: |bytes| [&b"PAR1"[..], b"FEA1", b"ARROW1\0\0"].iter().any(|magic| bytes.starts_with(magic)),
     },
-    Unsupported {
-        what: "an array of NumPy (.npy)",
-        begins: "0x93 `NUMPY`",
-        instead: TABLE,
-        is: |bytes| bytes.starts_with(b"\x93NUMPY"),
-    },
+    Unsupported { what: "an array of NumPy (.npy)", instead: TABLE, is: |bytes| bytes.starts_with(b"\x93NUMPY") },
     Unsupported {
         what: "a LabVIEW measurement (.tdms, .lvm)",
-        begins: "`TDSm`, or `LabVIEW Measurement`",
         instead: "export it as CSV with a header of names and units",
         is: |bytes| bytes.starts_with(b"TDSm") || trimmed(bytes).starts_with(b"LabVIEW Measurement"),
     },
     Unsupported {
         what: "a Qualisys export of trajectories or forces (.tsv)",
-        begins: "`NO_OF_FRAMES` or `NO_OF_SAMPLES`",
         instead: "export the trial as C3D from QTM, with markers of hip, knee and ankle or with joint angles",
         is: |bytes| trimmed(bytes).starts_with(b"NO_OF_FRAMES") || trimmed(bytes).starts_with(b"NO_OF_SAMPLES"),
     },
     Unsupported {
         what: "an OptiTrack Motive export of positions (.csv)",
-        begins: "`Format Version,`",
         instead: "export the take as C3D or TRC from Motive",
         is: |bytes| trimmed(bytes).starts_with(b"Format Version,"),
     },
     Unsupported {
         what: "an Acclaim motion or skeleton (.amc, .asf)",
-        begins: "`#!OML:ASF`, `:FULLY-SPECIFIED`, or `:version` and `:units`",
         instead: ANGLES,
         is: |bytes| {
             let text = uncommented(bytes);
@@ -173,19 +132,16 @@ pub(crate) const ALL: &[Unsupported] = &[
     },
     Unsupported {
         what: "an FBX scene",
-        begins: "`Kaydara FBX Binary`, or `; FBX`",
         instead: ANGLES,
         is: |bytes| bytes.starts_with(b"Kaydara FBX Binary") || trimmed(bytes).starts_with(b"; FBX"),
     },
     Unsupported {
         what: "a glTF scene (.glb)",
-        begins: "`glTF`",
         instead: ANGLES,
         is: |bytes| bytes.starts_with(b"glTF") && contains(bytes, b"\0"),
     },
     Unsupported {
         what: "a video",
-        begins: "`ftyp` from byte 4, `RIFF` and `AVI `, or 0x1a 0x45 0xdf 0xa3",
         instead: TRACK,
         is: |bytes| {
             let from = |at: usize, magic: &[u8]| bytes.get(at..).is_some_and(|rest| rest.starts_with(magic));
@@ -194,13 +150,11 @@ pub(crate) const ALL: &[Unsupported] = &[
     },
     Unsupported {
         what: "an SQLite database, perhaps a bag of ROS 2",
-        begins: "`SQLite format 3`",
         instead: "convert a bag to MCAP (`ros2 bag convert`), or export the joint angles as CSV",
         is: |bytes| bytes.starts_with(b"SQLite format 3\0"),
     },
     Unsupported {
         what: "a web page (HTML), perhaps the page of a download instead of the file",
-        begins: "`<!doctype html` or `<html`",
         instead: "download the file itself",
         is: |bytes| {
             let head: Vec<u8> = trimmed(bytes).iter().take(14).map(u8::to_ascii_lowercase).collect();

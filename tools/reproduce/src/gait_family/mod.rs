@@ -9,14 +9,13 @@
 //! | [`start`] | a recorded start and stop, and the phases at which a walk does the same |
 //! | [`limits`] | the same motion inside the limits of the default robot |
 //! | [`study`](mod@study) | all of it |
-//! | [`page`], [`picture`](mod@picture) | the numbers as Rust, the tables, the picture |
+//! | [`page`] | the numbers as Rust, the tables |
 
 pub mod errors;
 pub mod leg;
 pub mod limits;
 pub mod model;
 pub mod page;
-pub mod picture;
 pub mod recorded;
 pub mod start;
 pub mod study;

@@ -1,4 +1,4 @@
-//! What the study gives: the numbers of `cpg-core` as Rust, and the tables of `docs/gaits.md`.
+//! What the study gives: the numbers of `cpg-core` as Rust, and tables of the errors.
 
 use std::fmt::Write as _;
 
@@ -64,7 +64,7 @@ fn grouped(number: u32) -> String {
     })
 }
 
-/// The part of `docs/gaits.md` that is computed: the errors of walk and run, the limits, start and stop.
+/// The errors of walk and run, the limits, start and stop, in Markdown.
 #[must_use]
 pub fn tables(study: &Study) -> String {
     let mut text = String::new();
@@ -140,18 +140,4 @@ fn knee_rate(leg: &Leg, cadence: f64) -> f64 {
     let knee = leg.cycle().0[2];
     let step = |k: usize| (knee[(k + 1) % POINTS] - knee[k]).abs();
     (0..POINTS).map(step).fold(0.0, f64::max) * POINTS as f64 * cadence / 120.0
-}
-
-/// The comments around the computed part of `docs/gaits.md`.
-const MARKS: [&str; 2] = ["<!-- computed -->\n", "<!-- end of computed -->\n"];
-
-/// A page with its computed part replaced.
-///
-/// # Errors
-/// The page has no comments that mark the part.
-pub fn with_tables(page: &str, tables: &str) -> Result<String, String> {
-    let wrong = || format!("the page has no part between `{}` and `{}`", MARKS[0].trim(), MARKS[1].trim());
-    let (before, rest) = page.split_once(MARKS[0]).ok_or_else(wrong)?;
-    let (_, after) = rest.split_once(MARKS[1]).ok_or_else(wrong)?;
-    Ok(format!("{before}{}\n{tables}\n{}{after}", MARKS[0], MARKS[1]))
 }

@@ -119,7 +119,7 @@ pub fn to_csv(claims: &[Claim]) -> String {
     rows.into_inner().ok().and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default()
 }
 
-/// The claims as a table of Markdown, as docs/reproduction.md has it.
+/// The claims as a table of Markdown, as docs/reproduction.md has it but for the reasons.
 #[must_use]
 pub fn to_markdown(claims: &[Claim]) -> String {
     let mut table = String::from(

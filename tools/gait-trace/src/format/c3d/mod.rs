@@ -38,7 +38,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "angles of one subject: of `LKneeAngles`, ... the first component, as Plug-in Gait defines it; of other names the one that moves most at the knees, else the first, with a warning; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
     signs: "flexion positive of the first component of `LHipAngles`, `LKneeAngles`, ... and of what is computed; else the file's, then made flexion positive (see below)",
     rate: "`POINT:RATE`, else the frame rate of the header; a difference is a note",
-    said: "the axis; up and forward, hips computed from the pelvis, and markers that stand for joint centres, where angles are computed; the unit of length by the width of the pelvis, where the file names none; degrees or radians by the values, where the file names no unit; header and parameters that differ",
     options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

@@ -44,7 +44,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "one field or joint name a joint",
     signs: SIGNS,
     rate: "the log times of the messages; of `JointState` the stamps of their headers",
-    said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given; messages that are not read; log times, where no header has a stamp, and how late they are",
     options: &["--map", "--topic", "--unit", "--calibration", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

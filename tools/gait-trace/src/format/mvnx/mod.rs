@@ -26,7 +26,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "the third angle of the joints `jLeftHip`, `jRightKnee`, ...",
     signs: DEFINED,
     rate: "`time` of the frames, in ms, or their numbers at `frameRate` where these agree with it",
-    said: "times by the numbers of the frames; frames of calibration poses, which are skipped; decimal commas; frames without joint angles",
     options: &["--map", "--unit", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

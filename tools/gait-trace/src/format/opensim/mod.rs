@@ -45,7 +45,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "columns `hip_flexion_l`, `knee_angle_r`, ..., or paths to them that end in `/value`; `/speed` is not read",
     signs: "of `hip_flexion` flexion positive, by its name; of knees that of the model, which the file does not name: one for both (see below)",
     rate: "the column `time`, in seconds; `--rate` replaces times that agree with it",
-    said: "angles, where only `inDegrees=yes` speaks for them, with a warning; numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
     options: &["--map", "--unit", "--rate", "--hip-sign", "--knee-sign", "--mirror", "--own-cycles", "--stride-time"],
 };
 

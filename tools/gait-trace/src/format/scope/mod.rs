@@ -46,7 +46,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "one channel a joint; a number in a map is that of the column, with that of the time",
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns, or start and increment in the header",
-    said: "values outside of the calibration table are missing; a number of rows or a sample interval in the header that differs from the rows; seconds and volts below `x_axis,channel_1`",
     options: &["--map", "--calibration", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

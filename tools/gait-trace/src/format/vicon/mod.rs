@@ -33,7 +33,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "`LHipAngles`, `RKneeAngles`, ... of one subject: component X, as Plug-in Gait defines it",
     signs: "of component X of `LHipAngles`, `LKneeAngles`, ... flexion positive, as Plug-in Gait defines it",
     rate: "`Frame` and `Sub Frame`, by the rate below the section's title; frame 1 is at time 0",
-    said: "the axis; sections that are not read; sub frames; degrees or radians by the values, where the row of units is empty",
     options: &["--map", "--unit", "--axis", "--hip-sign", "--knee-sign", "--mirror", "--stride-time"],
 };
 

@@ -34,7 +34,6 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "signals `Left Hip Angle`, `RKneeAngles`, ... of one recording, of type `LINK_MODEL_BASED` or `DERIVED`: the component that moves most at the knees, else X, with a warning",
     signs: SIGNS,
     rate: "the signal `TIME`, in seconds (`--rate` replaces times that agree with it); without it `ITEM`, with `--rate`; of a cycle normalised to 101 points `--rate 100` with `--stride-time`",
-    said: "the axis; degrees or radians by the values; decimal commas; rows below the end of the recording",
     options: &[
         "--map",
         "--unit",
