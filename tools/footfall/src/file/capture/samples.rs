@@ -10,7 +10,7 @@
 //! again with the next sample, as on a board after boot, and is exact once its filter and its plausibility limits no longer depend on
 //! earlier samples.
 //!
-//! A board whose log nobody reads fills its buffer and drops what follows: a gap after the first [`BUFFERED`] samples or fewer is the time before
+//! A board whose log nobody reads fills its buffer and drops what follows: a gap after the first 400 samples or fewer is the time before
 //! the capture began, and no loss.
 
 use crate::board::host_copy::loop_of;
