@@ -25,7 +25,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         &[
             "cargo xtask run",
             "cargo xtask run --generator generator.toml",
-            "cargo xtask run --generator out/generator.toml",
             "cargo xtask run --shadow --generator follower.toml --sensor left_hip=hip.toml --trace samples/walk.csv",
             "cargo xtask run --generator follower.toml --sensor left_hip=hip.toml --trace samples/walk.csv",
             "cargo xtask run --sensor left_hip --sensor right_hip --sensor left_knee=knee.toml --sensor right_knee --record walk.mcap",
