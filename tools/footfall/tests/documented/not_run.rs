@@ -85,6 +85,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         "needs a nightly compiler and cargo-fuzz, and takes minutes to hours",
         &[
             "cargo +nightly fuzz run --sanitizer none --no-default-features generator_record -- -max_total_time=600 -timeout=10 -rss_limit_mb=2048",
+            "tar -xf fuzz/corpus.tar -C fuzz",
+            "cargo +nightly fuzz cmin --sanitizer none generator_record",
         ],
     ),
     (
