@@ -54,7 +54,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask bench oscillators",
             "cargo xtask bench board",
             "cargo xtask bench board --write",
-            "cargo xtask test --only same-bytes",
             "cargo xtask campaign",
             "cargo xtask campaign --several 1 --seed 17",
             "cargo xtask campaign --every 29",
@@ -223,11 +222,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo test -p footfall --test reproduce",
             "cargo test -p footfall-tests --test corrections",
             "cargo test -p footfall-tests --test entrainment",
-            "cargo test -p footfall-tests --test fits -- --nocapture",
-            "cargo test -p gait-fit --test contact -- --nocapture",
-            "cargo test -p gait-trace",
-            "cargo test -p footfall-tests --test recordings -- --nocapture an_hour",
-            "cargo test -p footfall-tests --test sensor_faults -- --nocapture",
             "cargo test -p fuzz-properties",
         ],
     ),
@@ -249,7 +243,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         "needs GNU parallel, and names a folder of the reader",
         &["parallel --jobs 4 footfall fit recordings/ -o fits --shard {}/4 ::: 1 2 3 4"],
     ),
-    ("FILE stands for any file", &["footfall certify FILE"]),
     ("names a way to work: it asks for angles and waits for codes", &["footfall calibrate --guide"]),
 ];
 
