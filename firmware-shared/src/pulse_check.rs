@@ -21,6 +21,8 @@
 //! # Ok::<(), joint_loop::LoopError>(())
 //! ```
 
+use core::hint::cold_path;
+
 use joint_loop::motion::start::{KNOWN_S, STEP_S};
 use joint_loop::{JointRange, LoopError, RobotConfig, ServoConfig};
 use joint_units::{Joint, PulseMicros, RadPerSec};
@@ -94,7 +96,10 @@ impl PulseCheck {
         let goals = pulses.map(|pulse| i32::from(pulse.0) * STEPS);
         let (mut reached, mut all) = match self.reached {
             Some(reached) => (reached, true),
-            None => (goals, self.begins(pulses)),
+            None => {
+                cold_path();
+                (goals, self.begins(pulses))
+            }
         };
         let mut is_inside = true;
         for ((limits, pulse), (reached, goal)) in self.limits.iter().zip(pulses).zip(reached.iter_mut().zip(goals)) {
@@ -104,6 +109,7 @@ impl PulseCheck {
             is_inside &= pulse.0 >= limits.joint.0 && pulse.0 <= limits.joint.1;
         }
         if !is_inside {
+            cold_path();
             let last = self.last.unwrap_or(self.parked);
             let mut joints = self.limits.iter().zip(pulses.into_iter().zip(last));
             all &= joints.all(|(limits, (now, last))| {
@@ -113,6 +119,8 @@ impl PulseCheck {
         }
         if all {
             (self.reached, self.last, self.silent) = (Some(reached), Some(pulses), 0);
+        } else {
+            cold_path();
         }
         all
     }

@@ -86,8 +86,7 @@ impl<F: SecondOrder<f64, N> + Copy + Send + Sync + 'static, const N: usize> Mode
     fn advance(&mut self, steps: usize) -> bool {
         let mut sound = true;
         for _ in 0..steps {
-            self.oscillators.step();
-            sound &= self.oscillators.check().is_ok();
+            sound &= self.oscillators.step_and_check().is_ok();
         }
         sound
     }
@@ -185,8 +184,7 @@ impl<G: FlowStates> Model for Single<G> {
     fn advance(&mut self, steps: usize) -> bool {
         let mut sound = true;
         for _ in 0..steps {
-            self.0.step();
-            sound &= self.0.check().is_ok();
+            sound &= self.0.step_and_check().is_ok();
         }
         sound
     }

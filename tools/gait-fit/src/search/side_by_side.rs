@@ -130,14 +130,10 @@ mod tests {
     /// The same by the core; `None` if it comes to a bound.
     fn alone(one: &Built, steps: usize, recorded: usize) -> Option<States> {
         let mut net = one.net;
-        for _ in 0..steps {
-            net.step();
-            net.check().ok()?;
-        }
+        (0..steps).try_for_each(|_| net.step_and_check()).ok()?;
         let mut states = vec![net.state()];
         for _ in 0..recorded {
-            net.step();
-            net.check().ok()?;
+            net.step_and_check().ok()?;
             states.push(net.state());
         }
         Some(states)
