@@ -158,7 +158,7 @@ const BOARD_SYMBOL: &str = "__board_";
 
 /// Routines that compute in double precision: the Cortex-M4F does that in software, fifty times slower than in single precision.
 pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>> {
-    let found = symbols(elf, |name| is_double_precision(name))?;
+    let found = symbols(elf, is_double_precision)?;
     let mut names: Vec<String> = found.into_iter().map(|(name, _)| name).collect();
     names.sort();
     names.dedup();
