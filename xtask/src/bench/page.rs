@@ -172,6 +172,6 @@ mod tests {
     fn a_number_that_is_missing_is_named() {
         let mut numbers: Value = serde_json::from_str(&read(JSON)).unwrap();
         numbers["set_ups"][0]["rows"][0]["cycles"]["max"] = Value::Null;
-        assert!(page(&numbers).unwrap_err().to_string().contains("a number of a part is missing"));
+        assert!(page(&numbers).unwrap_err().to_string().contains("a number is missing"));
     }
 }
