@@ -535,9 +535,24 @@ fn with_probe_rs(state: &State) -> Result<String> {
     variables.push(("FOOTFALL_IMAGES_ALONE", OsStr::new("1")));
     let required = format!("{},{}", state.required.for_tests(true), Need::Probe.name());
     variables.push((REQUIRE, OsStr::new(&required)));
-    let mut cargo = shell::cargo();
-    cargo.arg("test").args(PROBE_TESTS.iter().flat_map(|name| ["--test", name])).args(["--", "--test-threads=1"]);
-    passed(state, counts::run("the tests with probe-rs", cargo.envs(variables), &mut std::io::stderr())?)
+    let (mut all, mut again) = (Counts::default(), Vec::new());
+    for name in PROBE_TESTS {
+        let run = || {
+            let mut cargo = shell::cargo();
+            cargo.args(["test", "--test", name, "--", "--test-threads=1"]).envs(variables.iter().copied());
+            counts::run(name, &mut cargo, &mut std::io::stderr())
+        };
+        let mut counts = run()?;
+        // Real time: a computer that stands still for a second fails a test that is good.
+        if !counts.failed.is_empty() {
+            again.push(counts.failed.join(", "));
+            eprintln!("{name}: failed, and runs once more");
+            counts = run()?;
+        }
+        all.add(counts);
+    }
+    let text = passed(state, all)?;
+    Ok(if again.is_empty() { text } else { format!("{text}; at the second run: {}", again.join(", ")) })
 }
 
 #[cfg(test)]
