@@ -19,15 +19,6 @@ const NO_FP: u32 = 1 << 4;
 /// xPSR bit 9 in a frame: a word of padding lies above it.
 const PADDED: u32 = 1 << 9;
 
-/// Parts of the exception model to leave out, to show that a self-test detects it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct OmittedParts {
-    /// No floating-point registers in frames.
-    pub(crate) no_fpu_frame: bool,
-    /// Exceptions do not clear the exclusive monitor.
-    pub(crate) no_clrex: bool,
-}
-
 /// A frame that could not be written or read: the stack pointer is not in RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StackFault {
@@ -54,13 +45,12 @@ pub(crate) fn enter(
     number: u8,
     handler: u32,
     return_to: u32,
-    omitted: OmittedParts,
 ) -> Result<(), StackFault> {
     let xpsr = cpu.reg(Reg::Xpsr);
     let control = cpu.reg(Reg::Control);
     let thread = xpsr & XPSR_EXCEPTION == 0;
     let on_psp = thread && control & CONTROL_SPSEL != 0;
-    let fp = control & CONTROL_FPCA != 0 && !omitted.no_fpu_frame;
+    let fp = control & CONTROL_FPCA != 0;
 
     let sp = cpu.reg(Reg::Sp);
     let size = if fp { EXTENDED } else { BASIC };
@@ -87,27 +77,18 @@ pub(crate) fn enter(
     cpu.set_reg(Reg::Sp, frame);
     let exc_return =
         0xFFFF_FFE1 | if on_psp { ON_PSP } else { 0 } | if thread { TO_THREAD } else { 0 } | if fp { 0 } else { NO_FP };
-    start_handler(cpu, nvic, number, handler, exc_return, omitted);
+    start_handler(cpu, nvic, number, handler, exc_return);
     stacked
 }
 
 /// Starts a handler whose frame is already written: last part of an entry, and the whole of a tail-chained one.
-pub(crate) fn start_handler(
-    cpu: &mut impl Cpu,
-    nvic: &mut Nvic,
-    number: u8,
-    handler: u32,
-    exc_return: u32,
-    omitted: OmittedParts,
-) {
+pub(crate) fn start_handler(cpu: &mut impl Cpu, nvic: &mut Nvic, number: u8, handler: u32, exc_return: u32) {
     nvic.activate(number);
     let xpsr = cpu.reg(Reg::Xpsr);
     let control = cpu.reg(Reg::Control);
     cpu.set_mode(xpsr & !(XPSR_EXCEPTION | XPSR_IT) | XPSR_T | u32::from(number), control & CONTROL_NPRIV);
     cpu.set_reg(Reg::Lr, exc_return);
-    if !omitted.no_clrex {
-        cpu.clear_exclusive();
-    }
+    cpu.clear_exclusive();
     cpu.set_reg(Reg::Pc, handler & !1);
 }
 
@@ -140,7 +121,7 @@ pub(crate) fn deactivate(cpu: &mut impl Cpu, nvic: &mut Nvic, number: u8) {
 ///
 /// # Errors
 /// The frame is not in memory, or its exception number does not match the mode to return to.
-pub(crate) fn unstack(cpu: &mut impl Cpu, exc_return: u32, omitted: OmittedParts) -> Result<(), ReturnFault> {
+pub(crate) fn unstack(cpu: &mut impl Cpu, exc_return: u32) -> Result<(), ReturnFault> {
     let from_psp = exc_return & ON_PSP != 0;
     let to_thread = exc_return & TO_THREAD != 0;
     let fp = exc_return & NO_FP == 0;
@@ -171,9 +152,7 @@ pub(crate) fn unstack(cpu: &mut impl Cpu, exc_return: u32, omitted: OmittedParts
         | if from_psp { CONTROL_SPSEL } else { 0 }
         | if fp { CONTROL_FPCA } else { 0 };
     cpu.set_mode(xpsr & !PADDED, control);
-    if !omitted.no_clrex {
-        cpu.clear_exclusive();
-    }
+    cpu.clear_exclusive();
     cpu.set_reg(Reg::Pc, word(6) & !1);
     Ok(())
 }
@@ -285,7 +264,7 @@ mod tests {
         let exc_return = cpu.lr;
         let number = check_return(cpu, nvic, exc_return)?;
         deactivate(cpu, nvic, number);
-        unstack(cpu, exc_return, OmittedParts::default())
+        unstack(cpu, exc_return)
     }
 
     #[test]
@@ -298,7 +277,7 @@ mod tests {
             // In the middle of an IT block.
             cpu.xpsr |= 0x0200_0C00;
             let (xpsr, sp) = (cpu.xpsr, cpu.reg(Reg::Sp));
-            enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap();
+            enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200).unwrap();
             assert_eq!(cpu.lr, exc_return);
             assert_eq!(cpu.pc, 0x0800_1000);
             assert_eq!(cpu.exception(), 20);
@@ -326,8 +305,8 @@ mod tests {
     #[test]
     fn a_nested_exception_returns_to_the_handler() {
         let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
-        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap();
-        enter(&mut cpu, &mut nvic, 21, 0x0800_2001, 0x0800_1004, OmittedParts::default()).unwrap();
+        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200).unwrap();
+        enter(&mut cpu, &mut nvic, 21, 0x0800_2001, 0x0800_1004).unwrap();
         assert_eq!(cpu.lr, 0xFFFF_FFF1);
         leave(&mut cpu, &mut nvic).unwrap();
         assert_eq!((cpu.exception(), cpu.pc), (20, 0x0800_1004));
@@ -339,32 +318,20 @@ mod tests {
     fn a_frame_outside_ram_is_an_error_but_the_handler_starts() {
         let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
         cpu.msp = 0x1000_0010;
-        let fault = enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap_err();
+        let fault = enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200).unwrap_err();
         assert_eq!(fault.address, 0x0FFF_FFF0);
         assert_eq!(cpu.pc, 0x0800_1000);
-        assert_eq!(unstack(&mut cpu, 0xFFFF_FFF9, OmittedParts::default()), Err(ReturnFault::Stack(fault)));
+        assert_eq!(unstack(&mut cpu, 0xFFFF_FFF9), Err(ReturnFault::Stack(fault)));
     }
 
     #[test]
     fn invalid_returns_are_refused() {
         let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
         assert_eq!(check_return(&cpu, &nvic, 0xFFFF_FFF9), Err(ReturnFault::Invalid), "no exception runs");
-        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap();
+        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200).unwrap();
         for wrong in [0xFFFF_FFF1, 0xFFFF_FFF5, 0xFFFF_FFE1, 0xFFFF_FFFF] {
             assert_eq!(check_return(&cpu, &nvic, wrong), Err(ReturnFault::Invalid), "{wrong:#x}");
         }
         assert_eq!(check_return(&cpu, &nvic, 0xFFFF_FFF9), Ok(20));
-    }
-
-    #[test]
-    fn without_the_fpu_frame_the_registers_are_lost() {
-        let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
-        cpu.control = CONTROL_FPCA;
-        let omitted = OmittedParts { no_fpu_frame: true, ..OmittedParts::default() };
-        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, omitted).unwrap();
-        assert_eq!(cpu.lr, 0xFFFF_FFF9);
-        cpu.s[3] = 0;
-        leave(&mut cpu, &mut nvic).unwrap();
-        assert_eq!(cpu.s[3], 0);
     }
 }

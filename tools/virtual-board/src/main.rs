@@ -57,7 +57,6 @@ use stm32f4_model::{BrownOutThreshold, Pin, SocConfig};
 
 use crate::campaign::{Campaign, Several};
 use crate::console::Console;
-use crate::exception::OmittedParts;
 use crate::inject::{FrequencyAt, Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::judge::Joint;
 use crate::loader::ProgramImage;
@@ -256,9 +255,6 @@ struct Cli {
     /// Serve semihosting calls, and exit with the program's own status, 1 to 255, unless that is 0
     #[arg(long, value_name = "HOW")]
     self_test_exit: Option<SelfTestExit>,
-    /// Leave out a part of the exception model, to show that a self-test detects it
-    #[arg(long = "break", value_name = "PART")]
-    omitted: Vec<OmittedPart>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -297,16 +293,6 @@ enum ServoKind {
 
 /// Angles of the four joints, degrees.
 type Pose = [f64; 4];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum OmittedPart {
-    /// No floating-point registers in exception frames
-    NoFpuFrame,
-    /// Exceptions do not clear the exclusive monitor
-    NoClrex,
-    /// The emulator's cached mode flags are not refreshed at an exception
-    StaleFlags,
-}
 
 fn parse_download(text: &str) -> Result<FlashDownload, String> {
     let expected =
@@ -499,11 +485,6 @@ fn run(cli: &Cli) -> Result<u8> {
         drain: !cli.no_drain,
         debugger: cli.debugger,
         probe: cli.probe,
-        omitted: OmittedParts {
-            no_fpu_frame: cli.omitted.contains(&OmittedPart::NoFpuFrame),
-            no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),
-        },
-        stale_flags: cli.omitted.contains(&OmittedPart::StaleFlags),
         violates: cli.violates.clone(),
     };
     let servos = match cli.servo {
@@ -586,14 +567,11 @@ mod tests {
     #[test]
     fn the_command_line_is_parsed() {
         Cli::command().debug_assert();
-        let cli =
-            parse(&["fw.elf", "--secs", "2", "--press", "0.5", "1:0.2", "--hang", "a::b@1", "--break", "no-clrex"])
-                .unwrap();
+        let cli = parse(&["fw.elf", "--secs", "2", "--press", "0.5", "1:0.2", "--hang", "a::b@1"]).unwrap();
         assert_eq!(cli.press, [ButtonPress { at: 0.5, hold: 0.5 }, ButtonPress { at: 1.0, hold: 0.2 }]);
         let cli_stop = parse(&["fw.elf", "--emergency-stop", "0.5", "1:0.2"]).unwrap();
         assert_eq!(cli_stop.emergency_stop, [ButtonPress { at: 0.5, hold: 0.1 }, ButtonPress { at: 1.0, hold: 0.2 }]);
         assert_eq!((cli.secs, cli.cpi, cli.lsi_hz), (Some(2.0), 1.0, 32_000.0));
-        assert_eq!(cli.omitted, [OmittedPart::NoClrex]);
     }
 
     #[test]

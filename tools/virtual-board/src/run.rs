@@ -28,7 +28,6 @@ use crate::board::BoardModel;
 use crate::campaign::{Driving, Reports};
 use crate::console::Console;
 use crate::cpu::{BRANCH_TO_SELF, Cpu, Reg, Stop, XPSR_EXCEPTION};
-use crate::exception::OmittedParts;
 use crate::execution_trace::{Event, ExecutionTrace};
 use crate::fault::FaultCause;
 use crate::inject::{self, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
@@ -85,10 +84,6 @@ pub(crate) struct RunOptions {
     pub(crate) debugger: bool,
     /// Address at which clients find the board as a debug probe.
     pub(crate) probe: Option<SocketAddr>,
-    /// Parts of the exception model to leave out.
-    pub(crate) omitted: OmittedParts,
-    /// Do not refresh the translator's cached flags.
-    pub(crate) stale_flags: bool,
     /// Why pulses that no servo may get are expected; `None`: they are not.
     pub(crate) violates: Option<String>,
 }
@@ -195,7 +190,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let rtt_server = options.rtt_server.map(RttServer::open).transpose()?;
         let judge_log = JudgeLog::of_environment(options.violates.clone());
         let chip = image.board.config().chip;
-        let mut cpu = UnicornCpu::new(chip, &image.flash, board, options.stale_flags)?;
+        let mut cpu = UnicornCpu::new(chip, &image.flash, board)?;
         let probe = options.probe.map(ProbeServer::listen).transpose()?;
         if probe.is_some() {
             cpu.allow_code_in_ram(chip)?;

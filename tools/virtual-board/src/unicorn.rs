@@ -150,7 +150,6 @@ pub(crate) struct UnicornCpu<M> {
     hook_results: Rc<HookResults>,
     counts: Rc<BlockCounts>,
     block_hook: Option<UcHookId>,
-    stale_flags: bool,
     /// The end of the memory that holds code.
     code_end: u64,
     /// Addresses of hardware break points, each with its hook.
@@ -253,12 +252,11 @@ fn convert_error<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static 
 }
 
 impl<M: Machine + 'static> UnicornCpu<M> {
-    /// A processor with `image` in flash (padded with 0xFF) and `machine` around it. `stale_flags` leaves out the refresh of the
-    /// translator's flags, for the negative control.
+    /// A processor with `image` in flash (padded with 0xFF) and `machine` around it.
     ///
     /// # Errors
     /// Unicorn refuses a mapping or a hook.
-    pub(crate) fn new(chip: Chip, image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
+    pub(crate) fn new(chip: Chip, image: &[u8], machine: M) -> Result<Self> {
         let mut uc = convert_error(Unicorn::new(Arch::ARM, Mode::THUMB), "starting")?;
         convert_error(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
         let mut flash = image.to_vec();
@@ -282,7 +280,6 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             hook_results: Rc::default(),
             counts: Rc::new(BlockCounts::new(flash)),
             block_hook: None,
-            stale_flags,
             code_end: CODE_END,
             breakpoints: Vec::new(),
             hinted: HashSet::new(),
@@ -669,10 +666,8 @@ impl<M: Machine + 'static> Cpu for UnicornCpu<M> {
         self.write(RegisterARM::XPSR_NZCVQG, XPSR_T);
         self.write(RegisterARM::CONTROL, control);
         self.write(RegisterARM::XPSR_NZCVQG, xpsr | XPSR_T);
-        if !self.stale_flags {
-            // Writing the flags with their own value makes Unicorn recompute its cached mode flags.
-            self.write(RegisterARM::APSR_NZCV, xpsr & 0xF000_0000);
-        }
+        // Writing the flags with their own value makes Unicorn recompute its cached mode flags.
+        self.write(RegisterARM::APSR_NZCV, xpsr & 0xF000_0000);
     }
 
     fn clear_exclusive(&mut self) {
@@ -759,7 +754,6 @@ mod tests {
             Chip::F407,
             &image,
             RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() },
-            false,
         )
         .unwrap();
         cpu.reset(0x2000_1000, FLASH);

@@ -34,7 +34,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.trace_exception(number, false);
         // The NVIC is moved out meanwhile: `enter` needs the processor, whose cell also holds the board.
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
-        let entered = exception::enter(&mut self.cpu, &mut nvic, number, handler, return_to, self.options.omitted);
+        let entered = exception::enter(&mut self.cpu, &mut nvic, number, handler, return_to);
         let mut board = self.cpu.machine();
         board.nvic = nvic;
         board.event = true;
@@ -79,7 +79,7 @@ impl<W: Write> BoardRun<'_, W> {
             self.tail_chain(next, value);
             return;
         }
-        match exception::unstack(&mut self.cpu, value, self.options.omitted) {
+        match exception::unstack(&mut self.cpu, value) {
             Ok(()) => {
                 self.trace(Event::Return);
                 let mut board = self.cpu.machine();
@@ -101,7 +101,7 @@ impl<W: Write> BoardRun<'_, W> {
         let Some(handler) = self.read_vector(number) else { return };
         self.trace_exception(number, true);
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
-        exception::start_handler(&mut self.cpu, &mut nvic, number, handler, exc_return, self.options.omitted);
+        exception::start_handler(&mut self.cpu, &mut nvic, number, handler, exc_return);
         let mut board = self.cpu.machine();
         board.nvic = nvic;
         board.add_cycles(TAIL_CHAIN_CYCLES);
