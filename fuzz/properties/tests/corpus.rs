@@ -32,31 +32,22 @@ struct Seed {
     bytes: Vec<u8>,
 }
 
-const BLOCK: usize = 512;
-
-/// The files `corpus/TARGET/NAME` of the archive, in the format ustar: a block as header, then the bytes, filled up to whole blocks.
+/// The files `corpus/TARGET/NAME` of the archive.
 fn seeds() -> Vec<Seed> {
     let file = fuzz().join("corpus.tar");
-    let archive = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-    let text = |field: &[u8]| {
-        let end = field.iter().position(|&byte| byte == 0).unwrap_or(field.len());
-        String::from_utf8(field[..end].to_vec()).expect("text")
+    let open = || std::fs::File::open(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let mut archive = tar::Archive::new(open());
+    let entries = archive.entries().expect("an archive").map(|entry| entry.expect("a whole entry"));
+    let files = entries.filter(|entry| entry.header().entry_type().is_file());
+    let seed = |mut entry: tar::Entry<'_, _>| {
+        let path = entry.path().expect("text").to_str().expect("UTF-8").to_owned();
+        let parts: Vec<&str> = path.trim_start_matches("./").split('/').collect();
+        let ["corpus", target, name] = parts[..] else { panic!("{path}: not corpus/TARGET/NAME") };
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut entry, &mut bytes).expect("readable");
+        Seed { target: target.to_owned(), name: name.to_owned(), bytes }
     };
-    let (mut rest, mut seeds) = (&archive[..], Vec::new());
-    while rest.first().is_some_and(|&byte| byte != 0) {
-        let (header, after) = rest.split_at(BLOCK);
-        let size = usize::from_str_radix(text(&header[124..136]).trim(), 8).expect("an octal size");
-        // Folders and the rest of what `tar` may write have no bytes to check.
-        if header[156] == b'0' {
-            let path = text(&header[..100]);
-            let mut parts = path.trim_start_matches("./").split('/').skip(1);
-            let (target, name) =
-                parts.next().zip(parts.next()).unwrap_or_else(|| panic!("{path}: not corpus/TARGET/NAME"));
-            seeds.push(Seed { target: target.to_owned(), name: name.to_owned(), bytes: after[..size].to_vec() });
-        }
-        rest = &after[size.next_multiple_of(BLOCK)..];
-    }
-    seeds
+    files.map(seed).collect()
 }
 
 #[test]

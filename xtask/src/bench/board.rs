@@ -142,12 +142,6 @@ pub(crate) fn bench(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The row of a part.
-fn row<'a>(counted: &'a Value, part: &str) -> Result<&'a Value> {
-    let rows = counted["rows"].as_array().context("board-cost lists no parts")?;
-    rows.iter().find(|row| row["part"] == part).with_context(|| format!("board-cost lists no part `{part}`"))
-}
-
 fn measure(programs: &Programs, secs: u64) -> Result<Value> {
     let (mut set_ups, mut kinds) = (Vec::new(), Vec::new());
     let mut head = json!({});
@@ -157,7 +151,7 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
         let end = programs.run(set_up, secs, &trace)?;
         let counted = programs.count(&trace, secs, &["--image"])?;
         if let Some(kind) = set_up.kind {
-            kinds.push(json!({ "kind": kind, "cost": row(&counted, GENERATE)? }));
+            kinds.push(json!({ "kind": kind, "cost": page::part(&counted, GENERATE)? }));
         }
         if place == 0 {
             let mut image = counted["image"].clone();
@@ -174,7 +168,7 @@ fn measure(programs: &Programs, secs: u64) -> Result<Value> {
                 "late_ticks": end["late_ticks"],
                 "missed_ticks": end["missed_ticks"],
                 "load_percent": (load * 1e3).round() / 10.0,
-                "rows": if place == 0 { counted["rows"].clone() } else { json!([row(&counted, "tick")?]) },
+                "rows": if place == 0 { counted["rows"].clone() } else { json!([page::part(&counted, "tick")?]) },
             }));
         }
         std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
@@ -204,7 +198,7 @@ fn other_board(workspace: &Workspace, discovery: &Programs, secs: u64) -> Result
         programs.run(set_up, secs, &trace)?;
         let counted = programs.count(&trace, secs, &["--image"])?;
         std::fs::remove_file(&trace).with_context(|| format!("removing {}", trace.display()))?;
-        let tick = row(&counted, "tick")?;
+        let tick = page::part(&counted, "tick")?;
         ticks.push(json!({ "set_up": set_up.name, "instructions": tick["instructions"], "cycles": tick["cycles"] }));
         image = counted["image"].clone();
     }

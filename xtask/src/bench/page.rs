@@ -120,7 +120,7 @@ fn board_row(board: &Value, set_up: &str, tick: &Value) -> Result<String> {
 }
 
 /// The row of a part of a set-up.
-fn part<'a>(set_up: &'a Value, part: &str) -> Result<&'a Value> {
+pub(super) fn part<'a>(set_up: &'a Value, part: &str) -> Result<&'a Value> {
     let rows = set_up["rows"].as_array().context("a set-up without parts")?;
     rows.iter().find(|row| row["part"] == part).with_context(|| format!("no part `{part}`"))
 }
