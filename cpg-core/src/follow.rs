@@ -2,7 +2,7 @@
 
 use joint_units::{Phase, RadPerSec, Radians};
 
-use crate::entrainment::{FollowStatus, Lock};
+use crate::entrainment::FollowStatus;
 use crate::{Generator, StateFault};
 
 /// A generator that can be given measurements of a person.
@@ -34,11 +34,6 @@ pub trait Follow {
 
     /// State of the tracking; `None` if the generator follows nobody. A generator has one always or never.
     fn follow_status(&self) -> Option<FollowStatus>;
-
-    /// [`FollowStatus::state`] alone: a loop asks for it in each tick, and the rest of the status costs a division and an arctangent.
-    fn follow_lock(&self) -> Option<Lock> {
-        self.follow_status().map(|status| status.state)
-    }
 }
 
 /// A generator that follows nobody, where a [`Follow`] is required: measurements have no effect on it.
@@ -81,10 +76,6 @@ impl<G: Generator<N>, const N: usize> Generator<N> for Unguided<G> {
 
     fn check(&self) -> Result<(), StateFault> {
         self.0.check()
-    }
-
-    fn step_and_check(&mut self) -> Result<(), StateFault> {
-        self.0.step_and_check()
     }
 
     fn reset(&mut self) {

@@ -3,7 +3,6 @@
 use joint_units::{Phase, RadPerSec, Radians};
 
 use crate::Field;
-use crate::math::phase_point::PhasePoint;
 
 /// A central pattern generator of `N` joints at a fixed control period.
 ///
@@ -50,16 +49,11 @@ pub trait Generator<const N: usize> {
     /// Time derivatives of [`Generator::angles`] now.
     fn rates(&self) -> [RadPerSec; N];
 
-    /// Gait phase: that of the first joint, 0 where the joint is most flexed, increasing with time. A generator whose phase has another zero says
+    /// Gait phase: the phase of the first joint, 0 where the joint is most flexed, increasing with time. A generator whose phase has another zero says
     /// so.
     fn phase(&self) -> Phase;
 
-    /// The same, not computed yet: for a caller that seldom needs it.
-    fn phase_point(&self) -> PhasePoint {
-        PhasePoint::Known(self.phase())
-    }
-
-    /// Amplitude relative to that of the wanted limit cycle, 0 or above: near 1 on the cycle, 0 at rest. How much it varies within a stride
+    /// Amplitude relative to the wanted limit cycle, 0 or above: near 1 on the cycle, 0 at rest. How much it varies within a stride
     /// depends on the generator; one without such a size returns 1.
     fn amplitude(&self) -> f32;
 
@@ -68,15 +62,6 @@ pub trait Generator<const N: usize> {
     /// # Errors
     /// [`StateFault`] names the first state that is not.
     fn check(&self) -> Result<(), StateFault>;
-
-    /// [`Generator::step`], and then [`Generator::check`]: at less cost where a step compares each state with its bound anyway.
-    ///
-    /// # Errors
-    /// That of the check.
-    fn step_and_check(&mut self) -> Result<(), StateFault> {
-        self.step();
-        self.check()
-    }
 
     /// Returns to the state after `build`.
     fn reset(&mut self);

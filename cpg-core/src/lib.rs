@@ -92,9 +92,8 @@ pub mod waveform;
 pub use error::{BuildError, Field, NonFinite};
 pub use follow::{Follow, Unguided};
 pub use generator::{Generator, StateFault};
-pub use math::phase_point::PhasePoint;
 pub use math::scalar::Scalar;
-pub use math::second_order::{Integrator, MOST_STAGES, Rk4, SecondOrder, SemiImplicitEuler};
+pub use math::second_order::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
 pub use network::graph::Graph;
 pub use network::second_order::{BOUND_FACTOR, OscillatorState, Oscillators};
 

@@ -32,7 +32,7 @@
 
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
-use crate::entrainment::{FollowStatus, Lock};
+use crate::entrainment::FollowStatus;
 use crate::error::{allow_period, in_range};
 use crate::math::braking::Braking;
 use crate::{BuildError, Field, Follow, Generator, StateFault};
@@ -319,10 +319,6 @@ impl<G: Follow, const N: usize> Follow for Smooth<G, N> {
 
     fn follow_status(&self) -> Option<FollowStatus> {
         self.generator.follow_status()
-    }
-
-    fn follow_lock(&self) -> Option<Lock> {
-        self.generator.follow_lock()
     }
 }
 

@@ -2,18 +2,13 @@
 
 mod common;
 
-use std::cell::Cell;
-
 use common::{Crossings, R1, W, micros, r1, r1_config, r1_single, rk4, run, single};
 use cpg_core::network::graph::Biped;
 use cpg_core::network::phase_coupled::Robust;
 use cpg_core::network::thesis::{Thesis, ThesisConfig};
-use cpg_core::{
-    Generator, Integrator, MOST_STAGES, OscillatorState, Oscillators, Rk4, Scalar, SecondOrder, SemiImplicitEuler,
-};
+use cpg_core::{Generator, Integrator, OscillatorState, Oscillators, Rk4, Scalar, SecondOrder, SemiImplicitEuler};
 
 /// x'' = -r x' - x in units of `unit`: has a closed form, and damping to tell the orders apart.
-#[derive(Clone, Copy)]
 struct Damped {
     unit: f64,
 }
@@ -31,34 +26,11 @@ fn error<I: Integrator>(steps: u32) -> f64 {
     let unit = 8.0 / f64::from(steps * I::UNITS);
     let (mut x, mut v) = ([1.0], [0.0]);
     for _ in 0..steps {
-        I::advance(&[Damped { unit }; MOST_STAGES], &mut x, &mut v);
+        I::advance(&Damped { unit }, &mut x, &mut v);
     }
     let (decay, w) = (DAMPING / 2.0, (1.0 - DAMPING * DAMPING / 4.0).sqrt());
     let exact = (-decay * 8.0).exp() * ((w * 8.0).cos() + decay / w * (w * 8.0).sin());
     (x[0] - exact).abs()
-}
-
-/// Counts the calls of its copy.
-#[derive(Default)]
-struct Counting(Cell<u32>);
-
-impl SecondOrder<f64, 1> for Counting {
-    fn acceleration(&self, &[x]: &[f64; 1], _: &[f64; 1]) -> [f64; 1] {
-        self.0.set(self.0.get() + 1);
-        [-x]
-    }
-}
-
-/// With one copy for all stages the compiler for the board keeps its constants on the stack.
-#[test]
-fn each_stage_has_a_copy_of_the_system() {
-    fn calls<I: Integrator>() -> [u32; MOST_STAGES] {
-        let systems: [Counting; MOST_STAGES] = Default::default();
-        I::advance(&systems, &mut [1.0], &mut [0.0]);
-        systems.map(|system| system.0.get())
-    }
-    assert_eq!(calls::<Rk4>(), [1, 1, 1, 1]);
-    assert_eq!(calls::<SemiImplicitEuler>(), [1, 0, 0, 0]);
 }
 
 #[test]

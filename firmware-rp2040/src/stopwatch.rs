@@ -38,13 +38,11 @@ pub(crate) fn log_us() -> u64 {
 }
 
 /// Microseconds since the start; wraps after 71 minutes.
-#[inline]
 pub(crate) fn now_us() -> u32 {
     TIMER.timerawl().read()
 }
 
 /// Core cycles; wraps after 21 s. For the ticks only, at least once in 80 ms: SysTick wraps after 84 ms.
-#[inline]
 pub(crate) fn cycles() -> u32 {
     static TOTAL: AtomicU32 = AtomicU32::new(0);
     // The caller is the only writer.

@@ -2,8 +2,6 @@
 //!
 //! A stop has a place of its own, so that it is taken by the next tick however many other requests wait.
 
-use core::hint::cold_path;
-
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::tuning::{Action, Request};
 use portable_atomic::{AtomicU32, Ordering};
@@ -19,10 +17,8 @@ static STOP: AtomicU32 = AtomicU32::new(0);
 const WAITS: u32 = 1 << 16;
 
 /// The request of a tick: a stop before all others.
-#[inline(always)]
 pub(crate) fn take(requests: &mut Consumer<'_, Request>) -> Option<Request> {
     if STOP.load(Ordering::Relaxed) != 0 {
-        cold_path();
         let number = STOP.swap(0, Ordering::Relaxed) as u16;
         return Some(Request { number, action: Action::Stop });
     }

@@ -6,8 +6,6 @@
 //!
 //! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so only differences are meaningful.
 
-use core::hint::cold_path;
-
 /// The control period, 1 kHz.
 pub const PERIOD_US: u32 = 1_000;
 
@@ -60,18 +58,15 @@ impl Pacer {
         let passed = self.last_us.map_or(PERIOD_US, |last_us| since(triggered_us, last_us));
         let mut periods = (passed + PERIOD_US / 2) / PERIOD_US;
         if periods == 0 {
-            cold_path();
             return 0;
         }
         self.last_us = Some(triggered_us);
         // At most half a period, positive or negative.
         self.uncounted_us += passed.wrapping_sub(periods * PERIOD_US).cast_signed();
         if self.uncounted_us > ASTRAY_US {
-            cold_path();
             periods += 1;
             self.uncounted_us -= PERIOD_US as i32;
         } else if self.uncounted_us < -ASTRAY_US && periods > 1 {
-            cold_path();
             periods -= 1;
             self.uncounted_us += PERIOD_US as i32;
         }

@@ -21,8 +21,6 @@
 //! # Ok::<(), joint_loop::LoopError>(())
 //! ```
 
-use core::hint::cold_path;
-
 use joint_loop::motion::start::{KNOWN_S, STEP_S};
 use joint_loop::{JointRange, LoopError, RobotConfig, ServoConfig};
 use joint_units::{Joint, PulseMicros, RadPerSec};
@@ -96,10 +94,7 @@ impl PulseCheck {
         let goals = pulses.map(|pulse| i32::from(pulse.0) * STEPS);
         let (mut reached, mut all) = match self.reached {
             Some(reached) => (reached, true),
-            None => {
-                cold_path();
-                (goals, self.begins(pulses))
-            }
+            None => (goals, self.begins(pulses)),
         };
         let mut is_inside = true;
         for ((limits, pulse), (reached, goal)) in self.limits.iter().zip(pulses).zip(reached.iter_mut().zip(goals)) {
@@ -109,7 +104,6 @@ impl PulseCheck {
             is_inside &= pulse.0 >= limits.joint.0 && pulse.0 <= limits.joint.1;
         }
         if !is_inside {
-            cold_path();
             let last = self.last.unwrap_or(self.parked);
             let mut joints = self.limits.iter().zip(pulses.into_iter().zip(last));
             all &= joints.all(|(limits, (now, last))| {
@@ -119,8 +113,6 @@ impl PulseCheck {
         }
         if all {
             (self.reached, self.last, self.silent) = (Some(reached), Some(pulses), 0);
-        } else {
-            cold_path();
         }
         all
     }

@@ -13,7 +13,6 @@
 //!   place in the servo frames.
 
 use core::cell::{Cell, UnsafeCell};
-use core::hint::cold_path;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -336,12 +335,10 @@ fn on_block_end() {
     let status = DMA2.isr(STREAM / 4).read();
     clear(all_flags());
     if status.teif(STREAM) || status.dmeif(STREAM) {
-        cold_path();
         restart();
         return;
     }
     if !status.tcif(STREAM) {
-        cold_path();
         return;
     }
     // The current target is the block that is not full.

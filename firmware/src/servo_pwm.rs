@@ -15,7 +15,6 @@
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
-use core::hint::cold_path;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -200,7 +199,6 @@ impl Outputs {
     /// Outputs these widths from the next frame on. Whoever has no permit of this tick has no way to make a pulse.
     pub(crate) fn drive(&mut self, _: Permit, widths: [PulseMicros; 4]) {
         if !self.driving {
-            cold_path();
             // Widths of 0 have not reached the outputs before a frame has started since.
             if self.released < FRAME_TICKS {
                 self.release();
@@ -248,7 +246,6 @@ impl Outputs {
     pub(crate) fn take_break(&mut self) -> bool {
         let seen = TIM1.sr().read().bif(0);
         if seen {
-            cold_path();
             // Flags are cleared by writing 0; ones leave the others alone. The flag comes back at once while the input is active.
             let mut clear = SrAdv(0xFFFF);
             clear.set_bif(0, false);

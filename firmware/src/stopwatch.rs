@@ -62,7 +62,6 @@ pub(crate) fn log_us() -> u64 {
 }
 
 /// Microseconds since the start; wraps after 71 minutes.
-#[inline]
 pub(crate) fn now_us() -> u32 {
     TIM5.cnt().read()
 }
@@ -130,7 +129,6 @@ pub(crate) fn measure_watchdog_clock() -> WatchdogHz {
 }
 
 /// Core cycles; wraps after 25 s.
-#[inline]
 pub(crate) fn cycles() -> u32 {
     cortex_m::peripheral::DWT::cycle_count()
 }

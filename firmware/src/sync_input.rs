@@ -5,7 +5,6 @@
 //! which reports it.
 
 use core::cell::Cell;
-use core::hint::cold_path;
 use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -63,14 +62,12 @@ pub(crate) fn start(priority: Priority) {
 pub(crate) fn take(each: impl FnMut(Edge)) -> bool {
     // Cleared before the edges are taken: one that comes in between is taken now, and the next tick finds none.
     if ARRIVED.load(Ordering::Relaxed) {
-        cold_path();
         ARRIVED.store(false, Ordering::Relaxed);
         let edges = EDGES.lock(Cell::take);
         edges.iter().copied().for_each(each);
     }
     let flooded = FLOODED.load(Ordering::Relaxed);
     if flooded {
-        cold_path();
         // The line is masked, so nothing sets it meanwhile; cleared before the line is on again, or the next flood would be lost.
         FLOODED.store(false, Ordering::Relaxed);
         compiler_fence(Ordering::SeqCst);

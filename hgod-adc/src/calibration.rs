@@ -11,7 +11,6 @@
 use crate::interpolation::{Interpolation, Interval, slopes};
 use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::fmt;
-use core::hint::cold_path;
 use joint_units::{Radians, Volts};
 
 /// Largest voltage of a point; the least is 0.
@@ -256,7 +255,6 @@ impl Calibration {
         if let Some(near) = self.interval(*right).filter(holds) {
             return Ok(Radians(near.angle(volts.0)));
         }
-        cold_path();
         // A joint that moves is in a neighbour of it.
         for next in [right.wrapping_add(1), right.wrapping_sub(1)] {
             if let Some(near) = self.interval(next).filter(holds) {

@@ -13,7 +13,6 @@
 use crate::range::{RangeError, within};
 use crate::stm32f4::limits::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS};
 use core::fmt;
-use core::hint::cold_path;
 use joint_units::{AdcCode, Volts};
 
 const FULL_SCALE: f32 = AdcCode::MAX.0 as f32;
@@ -161,14 +160,12 @@ impl Reference {
     /// ```
     pub fn supply(&self, vrefint: AdcCode) -> Result<Supply, SupplyFault> {
         if vrefint.0 == 0 || vrefint > AdcCode::MAX {
-            cold_path();
             return Err(SupplyFault::NoReading(vrefint));
         }
         let volts = self.supply_codes / f32::from(vrefint.0);
         if volts >= self.min_supply && volts <= MAX_SUPPLY.0 {
             return Ok(Supply(volts));
         }
-        cold_path();
         if volts < self.min_supply {
             Err(SupplyFault::Low { supply: Volts(volts), least: Volts(self.min_supply) })
         } else {

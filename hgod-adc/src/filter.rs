@@ -14,7 +14,6 @@
 
 use crate::range::{RangeError, within};
 use core::f32::consts::PI;
-use core::hint::cold_path;
 use joint_units::order::between;
 use joint_units::{Period, Radians};
 
@@ -110,7 +109,6 @@ impl Filter {
     pub fn step(&self, state: &mut FilterState, input: Radians) -> Radians {
         let x = input.0;
         let Some(memory) = &mut state.memory else {
-            cold_path();
             if x.is_finite() {
                 state.memory = Some(Memory { inputs: (x, x), output: x, carry: 0.0 });
             }

@@ -46,7 +46,6 @@ pub fn trimmed_mean(conversions: [AdcCode; OVERSAMPLING]) -> AdcCode {
 /// assert_eq!(trimmed_means_of_two(conversions), [2004, 100].map(AdcCode));
 /// ```
 #[must_use]
-#[inline]
 pub fn trimmed_means_of_two(conversions: [u32; OVERSAMPLING]) -> [AdcCode; 2] {
     const HALVES: u32 = 0x0001_0001;
     // The lesser and the greater of each half.

@@ -9,7 +9,6 @@ use crate::filter::{Filter, FilterConfig, FilterState};
 use crate::health::{Health, HealthConfig, HealthState, Validity};
 use crate::range::RangeError;
 use core::fmt;
-use core::hint::cold_path;
 use joint_units::{AdcCode, Period, Radians, Volts};
 
 /// Configuration of one sensor channel.
@@ -157,10 +156,8 @@ impl Sensor {
         let volts = self.reference.volts(code, state.supply.unwrap_or(self.reference.supply_at_cal()));
 
         let seen = if supply.is_none() {
-            cold_path();
             Err(Validity::SupplyLow)
         } else if of_code != Validity::Good {
-            cold_path();
             Err(of_code)
         } else {
             self.calibration.angle_near(volts, &mut state.right).map_err(|_| Validity::OutOfTable)
@@ -168,14 +165,8 @@ impl Sensor {
         let jumped = seen.is_ok_and(|angle| self.too_fast(state, angle));
         let of_jump = self.health.jump(&mut state.health, jumped);
         let validity = match seen {
-            Err(validity) => {
-                cold_path();
-                validity
-            }
-            Ok(_) if jumped => {
-                cold_path();
-                of_jump
-            }
+            Err(validity) => validity,
+            Ok(_) if jumped => of_jump,
             Ok(angle) => {
                 self.accept(state, angle);
                 Validity::Good
@@ -211,7 +202,6 @@ impl Sensor {
 
     fn accept(&self, state: &mut SensorState, angle: Radians) {
         if state.since_good > self.health.bridge_ticks() {
-            cold_path();
             state.filter = FilterState::default();
         }
         let filtered = self.filter.step(&mut state.filter, angle);

@@ -3,21 +3,18 @@
 
 /// The lesser of the two; `b` where `a` is NaN, as of `f32::min`. Not for a `b` that is NaN.
 #[must_use]
-#[inline]
 pub fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// The greater of the two; `b` where `a` is NaN, as of `f32::max`. Not for a `b` that is NaN.
 #[must_use]
-#[inline]
 pub fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
 /// The value, or what is nearest to it between two numbers in any order; the lesser of them for NaN.
 #[must_use]
-#[inline]
 pub fn between(value: f32, one: f32, other: f32) -> f32 {
     let (low, high) = if one < other { (one, other) } else { (other, one) };
     lesser(greater(value, low), high)

@@ -1,42 +1,23 @@
 //! The compiler's flags for what is built for the board.
 //!
-//! **Paths.** Those of this computer are kept out: two checkouts in different folders make the same bytes.
+//! Paths of this computer are kept out: two checkouts in different folders make the same bytes.
 //! The compiler writes paths of source files into panics, log statements and debug information. Its option `--remap-path-prefix` replaces
 //! the beginning of each: the workspace becomes `.`, the registry's packages `registry`, Rust's library `rust`. The options are in the
 //! environment, which every other setting of flags yields to; flags of the user's environment stay in front of them.
-//!
-//! **Order of instructions.** On a Cortex-M4F it is that of the source ([`ORDER`]). The compiler's own order loads many numbers early, and then stores
-//! those that find no register on the stack. It stands before the user's flags, which can name another one.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-use crate::toolchain::TARGET;
-
 /// Between two options in `CARGO_ENCODED_RUSTFLAGS`.
 const BETWEEN: &str = "\u{1f}";
 
-/// Instructions in the order of the source. An internal option of LLVM: where a compiler no longer has it, nothing is built, which is noticed.
-const ORDER: [&str; 2] = ["-C", "llvm-args=-pre-RA-sched=source"];
-
-/// The variable with the flags, and its value, for a workspace, its target folder and a target. `library` has the folders under which the compiler finds
+/// The variable with the flags, and its value, for a workspace and its target folder. `library` has the folders under which the compiler finds
 /// the source of Rust's library.
-pub(crate) fn variable(
-    root: &Path,
-    target_dir: &Path,
-    target: &str,
-    library: &[PathBuf],
-) -> Result<(&'static str, String)> {
+pub(crate) fn variable(root: &Path, target_dir: &Path, library: &[PathBuf]) -> Result<(&'static str, String)> {
     let users = users_flags(std::env::var("CARGO_ENCODED_RUSTFLAGS").ok(), std::env::var("RUSTFLAGS").ok());
-    let all = flags(target, users, prefixes(root, target_dir, &packages()?, library));
+    let all = [users, prefixes(root, target_dir, &packages()?, library)].concat();
     Ok(("CARGO_ENCODED_RUSTFLAGS", all.join(BETWEEN)))
-}
-
-/// The flags for a target, in their order.
-fn flags(target: &str, users: Vec<String>, prefixes: Vec<String>) -> Vec<String> {
-    let order: &[&str] = if target == TARGET { &ORDER } else { &[] };
-    order.iter().map(|flag| (*flag).to_owned()).chain(users).chain(prefixes).collect()
 }
 
 /// The flags that the user has set: cargo reads only the first of the two variables.
@@ -83,15 +64,6 @@ fn is_of_a_registry(folder: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toolchain::SMALLEST_TARGET;
-
-    #[test]
-    fn only_the_chip_with_a_floating_point_unit_has_the_order_of_the_source() {
-        let flags = |target| flags(target, vec!["-Dwarnings".into()], vec!["--remap-path-prefix=/a=.".into()]);
-        let others = ["-Dwarnings", "--remap-path-prefix=/a=."];
-        assert_eq!(flags(TARGET), [&ORDER[..], &others].concat());
-        assert_eq!(flags(SMALLEST_TARGET), others);
-    }
 
     #[test]
     fn the_users_flags_come_first() {

@@ -118,7 +118,7 @@ impl Workspace {
         let toolchain = self.toolchain()?;
         let mut cargo = toolchain.cargo();
         let root = std::env::current_dir().context("reading the working directory")?;
-        let (name, flags) = board_flags::variable(&root, &self.target_dir, target, &toolchain.library())?;
+        let (name, flags) = board_flags::variable(&root, &self.target_dir, &toolchain.library())?;
         cargo.env(name, flags);
         cargo.args([command, "--package", package, "--release", "--target", target]).args(options);
         if self.strict {
@@ -181,7 +181,7 @@ impl Workspace {
         let toolchain = self.toolchain()?;
         let target_dir = root.join("target");
         let mut build = self.firmware_build(&features(board, Variant::USUAL))?;
-        let (name, flags) = board_flags::variable(root, &target_dir, TARGET, &toolchain.library())?;
+        let (name, flags) = board_flags::variable(root, &target_dir, &toolchain.library())?;
         build.cargo.env(name, flags).env("CARGO_TARGET_DIR", toolchain.target_dir(&target_dir)).current_dir(root);
         build.label = "firmware in another folder";
         let built = executable(build)?;

@@ -1,7 +1,6 @@
 //! A generator of four joints whose phase follows the phase of a person, measured by one joint sensor.
 
 use core::f32::consts::TAU;
-use core::hint::cold_path;
 
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 
@@ -245,7 +244,6 @@ impl Follower {
         let good = if let Plausibility::Good(y) = sample { Some(y) } else { None };
         self.state.events.step(&mut self.lock, good, role);
         if !self.lock.is_finite() {
-            cold_path();
             // No sample leads here, as only finite ones are used. Otherwise the search begins again.
             self.lock.reset();
             self.enter(Lock::Stopped);
@@ -574,7 +572,6 @@ impl Generator<4> for Follower {
         if all_finite(own) && all_finite(corrected.joints.map(|c| c.value + c.rate)) && self.lock.is_finite() {
             return Ok(());
         }
-        cold_path();
         let states = [
             ("driven.rate", driven.rate),
             ("amplitude", amplitude.value),
@@ -612,10 +609,6 @@ impl Follow for Follower {
 
     fn follow_status(&self) -> Option<FollowStatus> {
         Some(self.status())
-    }
-
-    fn follow_lock(&self) -> Option<Lock> {
-        Some(self.state.lock)
     }
 }
 

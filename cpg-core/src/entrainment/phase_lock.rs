@@ -49,7 +49,6 @@
 //! ```
 
 use core::f32::consts::TAU;
-use core::hint::cold_path;
 
 use joint_units::order::{greater, lesser};
 use joint_units::{Period, Phase, RadPerSec, Radians};
@@ -556,7 +555,6 @@ impl PhaseLock {
         if self.is_finite() {
             return Ok(());
         }
-        cold_path();
         let LockState { sogi, frequency, offset, gain, innovation, .. } = &self.state;
         if !sogi.is_finite() {
             return Err(StateFault::NotFinite { state: Field::of("lock.filter") });
@@ -574,7 +572,6 @@ impl PhaseLock {
     }
 
     /// Whether every state is finite.
-    #[inline]
     pub(crate) fn is_finite(&self) -> bool {
         let LockState { sogi, frequency, offset, gain, innovation, .. } = &self.state;
         sogi.is_finite() && all_finite([*frequency, *offset, *gain, *innovation])

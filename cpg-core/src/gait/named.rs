@@ -28,7 +28,7 @@ use crate::network::phase_coupled::Robust;
 use crate::network::symmetric_cells::{LegGait, LegNetwork};
 use crate::network::thesis::{Thesis, ThesisConfig};
 use crate::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
-use crate::{BuildError, Field, Generator, PhasePoint, Rk4, StateFault};
+use crate::{BuildError, Field, Generator, Rk4, StateFault};
 
 /// The name of a gait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -315,10 +315,6 @@ impl Generator<4> for DefaultGait {
 
     fn phase(&self) -> Phase {
         each!(self, generator => generator.phase())
-    }
-
-    fn phase_point(&self) -> PhasePoint {
-        each!(self, generator => generator.phase_point())
     }
 
     fn amplitude(&self) -> f32 {

@@ -1,7 +1,6 @@
 //! Whether all of several numbers are finite, by one compare.
 
 /// Whether no number is NaN or infinite.
-#[inline]
 pub(crate) fn all_finite<const N: usize>(numbers: [f32; N]) -> bool {
     // The exponent of a number that is not finite has all bits: one more carries into the sign.
     let carried = numbers.iter().fold(0, |any, number| any | (number.abs().to_bits() + f32::MIN_POSITIVE.to_bits()));

@@ -28,7 +28,6 @@ pub trait Flow<T, const D: usize> {
 }
 
 /// One step of the classical Runge-Kutta method, `dt` in the model's own time.
-#[inline]
 pub fn rk4<T: Scalar, F: Flow<T, D>, const D: usize>(flow: &F, state: &mut [T; D], dt: T) {
     let half = dt * T::ratio(1, 2);
     let k1 = flow.derivative(state);
@@ -43,7 +42,6 @@ pub fn rk4<T: Scalar, F: Flow<T, D>, const D: usize>(flow: &F, state: &mut [T; D
 }
 
 /// The point `t` along a slope.
-#[inline]
 fn along<T: Scalar, const D: usize>(state: &[T; D], slope: &[T; D], t: T) -> [T; D] {
     let mut out = *state;
     for (s, &k) in out.iter_mut().zip(slope) {

@@ -8,7 +8,6 @@ pub(crate) mod finite;
 pub mod first_order;
 #[cfg(feature = "fixed-point")]
 pub mod fixed_trig;
-pub(crate) mod phase_point;
 pub(crate) mod scalar;
 pub(crate) mod second_order;
 pub mod trig;

@@ -10,8 +10,6 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use joint_units::Phase;
 
-use crate::math::phase_point::PhasePoint;
-
 /// A number type in which models can be computed: `f32`, and `f64` with the feature `f64`.
 pub trait Scalar:
     Copy
@@ -50,11 +48,6 @@ pub trait Scalar:
     /// The angle of the point (`x`, `y`) as a fraction of the circle, anticlockwise from the x axis; 0 at the origin.
     fn angle(y: Self, x: Self) -> Phase;
 
-    /// The same, not computed yet where the type can put it off.
-    fn phase_point(y: Self, x: Self) -> PhasePoint {
-        PhasePoint::Known(Self::angle(y, x))
-    }
-
     /// Whether it is a number and not infinite.
     fn is_finite(self) -> bool;
 
@@ -66,10 +59,7 @@ pub trait Scalar:
     /// The value limited to `-limit` to `limit`; NaN stays NaN, so that a check finds it.
     #[must_use]
     fn clamp_to(self, limit: Self) -> Self {
-        // First what is nearly always so.
-        if self.is_within(limit) {
-            self
-        } else if self > limit {
+        if self > limit {
             limit
         } else if self < -limit {
             -limit
@@ -106,10 +96,6 @@ impl Scalar for f32 {
 
     fn angle(y: Self, x: Self) -> Phase {
         crate::math::trig::angle(y, x)
-    }
-
-    fn phase_point(y: Self, x: Self) -> PhasePoint {
-        PhasePoint::Of { y, x }
     }
 
     fn is_finite(self) -> bool {

@@ -9,9 +9,8 @@
 //! Runge-Kutta is the default; semi-implicit Euler is for weakly damped networks and for comparison.
 //!
 //! ```
-//! use cpg_core::{Integrator, MOST_STAGES, Rk4, SecondOrder};
+//! use cpg_core::{Integrator, Rk4, SecondOrder};
 //! /// x'' = -x with half a step of 0.01 s as the time unit: accelerations are x'' times its square.
-//! #[derive(Clone, Copy)]
 //! struct Spring;
 //! impl SecondOrder<f64, 1> for Spring {
 //!     fn acceleration(&self, &[x]: &[f64; 1], _: &[f64; 1]) -> [f64; 1] {
@@ -20,7 +19,7 @@
 //! }
 //! let (mut x, mut v) = ([1.0], [0.0]);
 //! for _ in 0..100 {
-//!     Rk4::advance(&[Spring; MOST_STAGES], &mut x, &mut v);
+//!     Rk4::advance(&Spring, &mut x, &mut v);
 //! }
 //! assert!((x[0] - 1f64.cos()).abs() < 1e-9 && (v[0] / 0.005 + 1f64.sin()).abs() < 1e-9);
 //! ```
@@ -33,9 +32,6 @@ pub trait SecondOrder<T, const N: usize> {
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N];
 }
 
-/// Number of copies of a system that an [`Integrator`] is given: the stages of [`Rk4`], each of which is one call of [`SecondOrder::acceleration`].
-pub const MOST_STAGES: usize = 4;
-
 /// A method that advances a [`SecondOrder`] system by one step.
 pub trait Integrator {
     /// Number of time units in one step (control period).
@@ -44,16 +40,8 @@ pub trait Integrator {
     /// Largest product of step and decay rate that models accept: at least a tenth below that at which the method diverges.
     const LONGEST_DECAY: f32;
 
-    /// Advances displacement and velocity by one step. `systems` holds equal copies of one system: stage `n` of the method uses number `n`. Copies beyond the
-    /// last stage are not used; a method with more stages uses one of them several times.
-    ///
-    /// Why a copy for each stage: the constants of four joints do not fit into 32 floating-point registers. With one copy the compiler loads them
-    /// once, stores them on the stack, and loads them from there in the later stages. With a copy for each stage it loads them where they are used.
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
-        systems: &[S; MOST_STAGES],
-        x: &mut [T; N],
-        v: &mut [T; N],
-    );
+    /// Advances displacement and velocity of a system by one step.
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]);
 }
 
 /// The classical fourth-order Runge-Kutta method.
@@ -67,12 +55,7 @@ impl Integrator for Rk4 {
     const UNITS: u32 = 2;
     const LONGEST_DECAY: f32 = 2.5;
 
-    #[inline]
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
-        systems: &[S; MOST_STAGES],
-        x: &mut [T; N],
-        v: &mut [T; N],
-    ) {
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]) {
         // In units of h/2, with k the acceleration at each stage:
         //   stage 2: x + v,           v + k1
         //   stage 3: x + v + k1,      v + k2
@@ -82,13 +65,12 @@ impl Integrator for Rk4 {
         let twice = |a: T, b: T| a + b + b;
         let (third, two_thirds) = (T::ratio(1, 3), T::ratio(2, 3));
 
-        let [at_1, at_2, at_3, at_4] = systems;
-        let k1 = at_1.acceleration(x, v);
+        let k1 = system.acceleration(x, v);
         let x2 = zip(x, v, sum);
-        let k2 = at_2.acceleration(&x2, &zip(v, &k1, sum));
+        let k2 = system.acceleration(&x2, &zip(v, &k1, sum));
         let v3 = zip(v, &k2, sum);
-        let k3 = at_3.acceleration(&zip(&x2, &k1, sum), &v3);
-        let k4 = at_4.acceleration(&zip(x, &v3, twice), &zip(v, &k3, twice));
+        let k3 = system.acceleration(&zip(&x2, &k1, sum), &v3);
+        let k4 = system.acceleration(&zip(x, &v3, twice), &zip(v, &k3, twice));
 
         let middle = zip(&k2, &k3, sum);
         let first = zip(&k1, &middle, sum);
@@ -106,12 +88,7 @@ impl Integrator for SemiImplicitEuler {
     const UNITS: u32 = 1;
     const LONGEST_DECAY: f32 = 1.8;
 
-    #[inline]
-    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(
-        [system, ..]: &[S; MOST_STAGES],
-        x: &mut [T; N],
-        v: &mut [T; N],
-    ) {
+    fn advance<T: Scalar, S: SecondOrder<T, N>, const N: usize>(system: &S, x: &mut [T; N], v: &mut [T; N]) {
         *v = zip(v, &system.acceleration(x, v), |v, a| v + a);
         *x = zip(x, v, |x, v| x + v);
     }
@@ -128,7 +105,6 @@ pub(crate) fn longest_period<T: Scalar, I: Integrator>(mu: T, steepest: T) -> u3
 }
 
 /// `f` of each pair.
-#[inline]
 fn zip<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N], f: impl Fn(T, T) -> T) -> [T; N] {
     let mut out = *a;
     for (out, b) in out.iter_mut().zip(b) {

@@ -113,7 +113,7 @@ impl<const N: usize, const E: usize, T: Scalar> RobustConfig<N, E, T> {
             cycle: OscillatorState { displacement: [T::ONE; N], velocity: [T::ONE; N] },
             limit: OscillatorState { displacement: [limit; N], velocity: [limit; N] },
         };
-        Ok(Oscillators::new(|| self.field(c), &start_on_gait(&self.phases, self.nonlinearity), &terms))
+        Ok(Oscillators::new(self.field(c), &start_on_gait(&self.phases, self.nonlinearity), &terms))
     }
 
     /// The vector field for velocities in displacement per time unit, c v.
@@ -154,7 +154,6 @@ struct Link<T> {
 }
 
 impl<G: Graph<N, E>, const N: usize, const E: usize, T: Scalar> SecondOrder<T, N> for RobustField<G, N, E, T> {
-    #[inline]
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N] {
         let mut a = self.damping;
         for ((a, &x), &v) in a.iter_mut().zip(x).zip(v) {

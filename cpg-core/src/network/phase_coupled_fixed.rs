@@ -161,13 +161,11 @@ fn gain(value: f32) -> I8F24 {
 }
 
 /// A gain times a number in 2^-16, exact, in 2^-40.
-#[inline]
 fn times(gain: I8F24, number: i32) -> i64 {
     i64::from(gain.to_bits()).wrapping_mul(i64::from(number))
 }
 
 /// Removes `bits` fraction bits, rounded to nearest; limited to the bound of a stage.
-#[inline]
 fn rounded(sum: i64, bits: u32, limit: i32) -> i32 {
     let value = sum.wrapping_add(1 << (bits - 1)) >> bits;
     let limit = i64::from(limit);
@@ -177,7 +175,6 @@ fn rounded(sum: i64, bits: u32, limit: i32) -> i32 {
 
 impl<G: Graph<N, E>, const N: usize, const E: usize> FixedField<G, N, E> {
     /// dv/dtau in 2^-16; the numbers are at most 8.
-    #[inline]
     fn acceleration(&self, at: &Numbers<N>) -> [i32; N] {
         let mut sums = [0i64; N];
         for (((sum, &u), &v), damping) in sums.iter_mut().zip(&at.u).zip(&at.v).zip(&self.damping) {
@@ -207,7 +204,6 @@ fn add<const N: usize>(sums: &mut [i64; N], i: usize, amount: i64) {
 }
 
 /// The numbers a step `h` along the slopes, rounded.
-#[inline]
 fn along<const N: usize>(from: &[i32; N], slopes: &[i32; N], h: I2F30) -> [i32; N] {
     let mut out = *from;
     for (out, &slope) in out.iter_mut().zip(slopes) {
@@ -218,7 +214,6 @@ fn along<const N: usize>(from: &[i32; N], slopes: &[i32; N], h: I2F30) -> [i32; 
 }
 
 /// Adds h/6 (k1 + 2 k2 + 2 k3 + k4) and keeps the part below the last place. A number at its bound loses its carry.
-#[inline]
 fn accumulate<const N: usize>(now: &mut [i32; N], carry: &mut [i64; N], sixth: i64, stages: [&[i32; N]; 4]) {
     let [k1, k2, k3, k4] = stages;
     let slopes = k1.iter().zip(k2).zip(k3.iter().zip(k4));

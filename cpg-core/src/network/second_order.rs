@@ -6,14 +6,12 @@
 //! ticks; at the bound the model's own damping brings the state back. A state that is not a number is left as it is, so that
 //! [`Generator::check`] finds it.
 
-use core::array;
-use core::hint::cold_path;
 use core::marker::PhantomData;
 
 use joint_units::{Phase, RadPerSec, Radians};
 
-use crate::math::second_order::{MOST_STAGES, SecondOrder};
-use crate::{Field, Generator, Integrator, PhasePoint, Rk4, Scalar, StateFault};
+use crate::math::second_order::SecondOrder;
+use crate::{Field, Generator, Integrator, Rk4, Scalar, StateFault};
 
 /// Bound of a state, as a multiple of the closed-form amplitude of the limit cycle.
 pub const BOUND_FACTOR: f32 = 3.0;
@@ -46,8 +44,7 @@ pub(crate) struct Terms<const N: usize, T> {
 /// `N` oscillators under the vector field `F`, computed in `T`, advanced by `I`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Oscillators<F, const N: usize, T = f32, I = Rk4> {
-    /// The vector field, for each stage of the method ([`Integrator::advance`]).
-    fields: [F; MOST_STAGES],
+    field: F,
     /// Displacement x, and v, displacement per time unit of the integrator.
     now: Pair<N, T>,
     start: Pair<N, T>,
@@ -72,9 +69,8 @@ struct Pair<const N: usize, T> {
 }
 
 impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
-    /// `field` makes the vector field, folded for the time unit in `terms`. It is called once for each stage, because a graph, and so a field, need not be
-    /// `Copy`.
-    pub(crate) fn new(field: impl Fn() -> F, start: &OscillatorState<N, T>, terms: &Terms<N, T>) -> Self {
+    /// `field` is folded for the time unit in `terms`.
+    pub(crate) fn new(field: F, start: &OscillatorState<N, T>, terms: &Terms<N, T>) -> Self {
         let inverse = |a: [T; N]| a.map(|a| T::ONE / a);
         let per_velocity = inverse(terms.velocity);
         let inside =
@@ -82,7 +78,7 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
         let start = inside(start);
         let cycle = inside(&terms.cycle);
         Self {
-            fields: array::from_fn(|_| field()),
+            field,
             now: start,
             start,
             limit: inside(&terms.limit),
@@ -126,13 +122,8 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
         Ok(())
     }
 
+    /// Whether every state is inside its bound; the error names the first that is not.
     fn inside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
-        if state.is_within(&self.limit) { Ok(()) } else { self.outside(state) }
-    }
-
-    /// The first state that is not inside its bound.
-    #[cold]
-    fn outside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
         let oscillators = state.x.iter().zip(&state.v).zip(self.limit.x.iter().zip(&self.limit.v));
         for (index, ((&x, &v), (&limit_x, &limit_v))) in oscillators.enumerate() {
             for (name, value, limit) in [("displacement", x, limit_x), ("velocity", v, limit_v)] {
@@ -150,47 +141,11 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
     }
 }
 
-impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Oscillators<F, N, T, I> {
-    /// A step; whether every state is inside its bound. One that is not is limited to it, or left as it is if it is not a number.
-    #[inline]
-    fn advance(&mut self) -> bool {
-        let mut next = self.now;
-        I::advance(&self.fields, &mut next.x, &mut next.v);
-        // Before the check: nothing has the address of `next`, so that it stays in registers.
-        self.now = next;
-        let inside = next.is_within(&self.limit);
-        if !inside {
-            self.now.hold(&self.limit);
-        }
-        inside
-    }
-}
-
-impl<const N: usize, T: Scalar> Pair<N, T> {
-    #[inline]
-    fn is_within(&self, limit: &Self) -> bool {
-        let within = |values: &[T; N], limits: &[T; N]| {
-            for (value, limit) in values.iter().zip(limits) {
-                if !value.is_within(*limit) {
-                    cold_path();
-                    return false;
-                }
-            }
-            true
-        };
-        within(&self.x, &limit.x) && within(&self.v, &limit.v)
-    }
-
-    #[cold]
-    fn hold(&mut self, limit: &Self) {
-        hold(&mut self.x, &limit.x);
-        hold(&mut self.v, &limit.v);
-    }
-}
-
 impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Generator<N> for Oscillators<F, N, T, I> {
     fn step(&mut self) {
-        self.advance();
+        I::advance(&self.field, &mut self.now.x, &mut self.now.v);
+        hold(&mut self.now.x, &self.limit.x);
+        hold(&mut self.now.v, &self.limit.v);
     }
 
     fn angles(&self) -> [Radians; N] {
@@ -207,14 +162,10 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Generator<N
     }
 
     fn phase(&self) -> Phase {
-        self.phase_point().phase()
-    }
-
-    fn phase_point(&self) -> PhasePoint {
         let first = |pair: &Pair<N, T>| Some((*pair.x.first()?, *pair.v.first()?));
         match (first(&self.now), first(&self.parts)) {
-            (Some((x, v)), Some((part_x, part_v))) => T::phase_point(-(v * part_v), x * part_x),
-            _ => PhasePoint::Known(Phase(0)),
+            (Some((x, v)), Some((part_x, part_v))) => T::angle(-(v * part_v), x * part_x),
+            _ => Phase(0),
         }
     }
 
@@ -226,10 +177,6 @@ impl<F: SecondOrder<T, N>, const N: usize, T: Scalar, I: Integrator> Generator<N
 
     fn check(&self) -> Result<(), StateFault> {
         self.inside(&self.now)
-    }
-
-    fn step_and_check(&mut self) -> Result<(), StateFault> {
-        if self.advance() { Ok(()) } else { self.outside(&self.now) }
     }
 
     fn reset(&mut self) {
@@ -245,7 +192,6 @@ fn product<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N]) -> [T; N] {
     out
 }
 
-#[inline]
 fn hold<T: Scalar, const N: usize>(values: &mut [T; N], limits: &[T; N]) {
     for (value, &limit) in values.iter_mut().zip(limits) {
         *value = value.clamp_to(limit);

@@ -123,7 +123,6 @@ impl<T: Scalar> LegNetwork<T> {
 }
 
 impl<T: Scalar> Flow<T, 8> for LegNetwork<T> {
-    #[inline]
     fn derivative(&self, s: &[T; 8]) -> [T; 8] {
         let &[x1, y1, x2, y2, x3, y3, x4, y4] = s;
         let cell = |own: (T, T), same: (T, T), other: (T, T), within: (T, T)| {
@@ -154,7 +153,6 @@ pub struct NeuronLegNetwork<T = f32> {
 }
 
 impl<T: Scalar> Flow<T, 8> for NeuronLegNetwork<T> {
-    #[inline]
     fn derivative(&self, s: &[T; 8]) -> [T; 8] {
         let &[v1, w1, v2, w2, v3, w3, v4, w4] = s;
         let [a, b, c] = self.couplings;
@@ -252,7 +250,6 @@ impl<T: Scalar> QuadrupedNetwork<T> {
 }
 
 impl<T: Scalar> Flow<T, 16> for QuadrupedNetwork<T> {
-    #[inline]
     fn derivative(&self, s: &[T; 16]) -> [T; 16] {
         let (quarters, in_phase) = self.gait.symmetry();
         let pair = if in_phase { self.pair } else { -self.pair };
@@ -280,14 +277,12 @@ impl<T: Scalar> Flow<T, 16> for QuadrupedNetwork<T> {
 }
 
 /// The oscillator's own part, (lambda + i w - |z|^2) z.
-#[inline]
 fn local<T: Scalar>(growth: T, frequency: T, (x, y): (T, T)) -> (T, T) {
     let radial = growth - (x * x + y * y);
     (radial * x - frequency * y, radial * y + frequency * x)
 }
 
 /// c z_j + d conj(z_k) z_j^2.
-#[inline]
 fn linked<T: Scalar>(link: &CellLink<T>, (x, y): (T, T), (u, v): (T, T)) -> (T, T) {
     let (square_re, square_im) = (u * u - v * v, u * v + u * v);
     (
@@ -297,7 +292,6 @@ fn linked<T: Scalar>(link: &CellLink<T>, (x, y): (T, T), (u, v): (T, T)) -> (T, 
 }
 
 /// Element k; every k here is below D.
-#[inline]
 fn part<T: Scalar, const D: usize>(s: &[T; D], k: usize) -> T {
     s.get(k).copied().unwrap_or(T::ZERO)
 }

@@ -183,7 +183,7 @@ impl<const N: usize, const D: usize, const P: usize, T: Scalar> NetworkConfig<N,
             limit: self.limit::<GP>(&growth),
             cycle,
         };
-        Ok(Oscillators::new(|| self.field(unit), &start, &terms))
+        Ok(Oscillators::new(self.field(unit), &start, &terms))
     }
 
     /// Negative damping of each joint at rest when every neighbour that drives it moves in antiphase: alpha + 2 k.
@@ -276,7 +276,6 @@ pub struct NetworkField<GD, GP, const N: usize, const D: usize, const P: usize, 
 impl<GD: Graph<N, D>, GP: Graph<N, P>, const N: usize, const D: usize, const P: usize, T: Scalar> SecondOrder<T, N>
     for NetworkField<GD, GP, N, D, P, T>
 {
-    #[inline]
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N] {
         let mut a = *x;
         for ((a, own), &v) in a.iter_mut().zip(&self.own).zip(v) {

@@ -39,7 +39,6 @@ impl<T: Scalar> FitzHughNagumo<T> {
 }
 
 impl<T: Scalar> Flow<T, 2> for FitzHughNagumo<T> {
-    #[inline]
     fn derivative(&self, &[v, w]: &[T; 2]) -> [T; 2] {
         [v - v * v * v * T::ratio(1, 3) - w + self.current, self.slowness * (v + self.offset - self.leak * w)]
     }

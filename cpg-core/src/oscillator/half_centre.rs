@@ -40,7 +40,6 @@ pub struct HalfCentre<C, T = f32> {
 }
 
 impl<T: Scalar, C: Flow<T, 2>> Flow<T, 4> for HalfCentre<C, T> {
-    #[inline]
     fn derivative(&self, &[x1, y1, x2, y2]: &[T; 4]) -> [T; 4] {
         let push = self.repulsion * (x1 - x2);
         let ([dx1, dy1], [dx2, dy2]) = (self.cell.derivative(&[x1, y1]), self.cell.derivative(&[x2, y2]));

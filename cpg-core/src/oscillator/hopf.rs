@@ -45,7 +45,6 @@ pub struct Hopf<T = f32> {
 }
 
 impl<T: Scalar> Flow<T, 2> for Hopf<T> {
-    #[inline]
     fn derivative(&self, &[x, y]: &[T; 2]) -> [T; 2] {
         let radial = self.gain * (self.square_radius - (x * x + y * y));
         [radial * x - self.frequency * y, radial * y + self.frequency * x]
@@ -66,7 +65,6 @@ pub struct AdaptiveHopf<T = f32> {
 }
 
 impl<T: Scalar> Flow<T, 3> for AdaptiveHopf<T> {
-    #[inline]
     fn derivative(&self, &[x, y, w]: &[T; 3]) -> [T; 3] {
         let square = x * x + y * y;
         let radial = self.gain * (self.square_radius - square);

@@ -136,7 +136,6 @@ struct Limb<T> {
 }
 
 impl<T: Scalar> Flow<T, 6> for Limb<T> {
-    #[inline]
     fn derivative(&self, &[x1, x2, v1, v2, angle, rate]: &[T; 6]) -> [T; 6] {
         let pair = [x1, x2, v1, v2];
         let input = [-(self.feedback * rectified(angle)), -(self.feedback * rectified(-angle))];

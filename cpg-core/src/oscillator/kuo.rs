@@ -72,7 +72,6 @@ pub struct Cycle<T = f32> {
 }
 
 impl<T: Scalar> Flow<T, 2> for Pendulum<T> {
-    #[inline]
     fn derivative(&self, &[angle, rate]: &[T; 2]) -> [T; 2] {
         [rate, -angle - (self.damping + self.damping) * rate]
     }
@@ -207,7 +206,6 @@ struct Observer<T> {
 }
 
 impl<T: Scalar> Flow<T, 2> for Observer<T> {
-    #[inline]
     fn derivative(&self, state: &[T; 2]) -> [T; 2] {
         let [rate, acceleration] = self.limb.derivative(state);
         [rate + self.pull[0], acceleration + self.pull[1]]

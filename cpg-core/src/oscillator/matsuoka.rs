@@ -74,7 +74,6 @@ impl<const N: usize, T: Scalar> Matsuoka<N, T> {
 macro_rules! flow {
     ($($neurons:literal => $numbers:literal),*) => {$(
         impl<T: Scalar> Flow<T, $numbers> for Matsuoka<$neurons, T> {
-            #[inline]
             fn derivative(&self, state: &[T; $numbers]) -> [T; $numbers] {
                 let (x, v) = state.split_at($neurons);
                 let (x_slope, v_slope) = self.slopes(x, v, &self.rates(state));

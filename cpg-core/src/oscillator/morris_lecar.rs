@@ -28,7 +28,6 @@ pub struct MorrisLecar<T = f32> {
 }
 
 impl<T: Hyperbolic> Flow<T, 2> for MorrisLecar<T> {
-    #[inline]
     fn derivative(&self, &[v, n]: &[T; 2]) -> [T; 2] {
         let constant = |value: f32| T::from_f32(value);
         let half = T::ratio(1, 2);

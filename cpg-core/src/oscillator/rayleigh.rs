@@ -90,7 +90,7 @@ impl<T: Scalar> RayleighConfig<T> {
             limit: OscillatorState { displacement: [limit.0], velocity: [limit.1] },
         };
         let start = OscillatorState { displacement: [cycle.0], velocity: [T::ZERO] };
-        Ok(Oscillators::new(|| RayleighField(self.fold(unit)), &start, &terms))
+        Ok(Oscillators::new(RayleighField(self.fold(unit)), &start, &terms))
     }
 
     /// Amplitude of displacement and velocity by harmonic balance, where `growth` is the whole negative damping at rest.
@@ -133,7 +133,6 @@ pub(crate) struct Folded<T> {
 
 impl<T: Scalar> Folded<T> {
     /// The oscillator's own acceleration, without any link.
-    #[inline]
     pub(crate) fn acceleration(&self, x: T, v: T) -> T {
         (self.damping - v * v * self.cubic) * v - x * self.spring
     }
@@ -144,7 +143,6 @@ impl<T: Scalar> Folded<T> {
 pub struct RayleighField<T = f32>(Folded<T>);
 
 impl<T: Scalar> SecondOrder<T, 1> for RayleighField<T> {
-    #[inline]
     fn acceleration(&self, &[x]: &[T; 1], &[v]: &[T; 1]) -> [T; 1] {
         [self.0.acceleration(x, v)]
     }

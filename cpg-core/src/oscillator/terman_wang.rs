@@ -39,7 +39,6 @@ impl<T: Scalar> TermanWang<T> {
 }
 
 impl<T: Hyperbolic> Flow<T, 2> for TermanWang<T> {
-    #[inline]
     fn derivative(&self, &[x, y]: &[T; 2]) -> [T; 2] {
         let (two, three) = (T::from_f32(2.0), T::from_f32(3.0));
         let recovery = self.height * (T::ONE + (x / self.width).tanh());

@@ -27,7 +27,6 @@ pub struct VanDerPol<T = f32> {
 }
 
 impl<T: Scalar> Flow<T, 2> for VanDerPol<T> {
-    #[inline]
     fn derivative(&self, &[y, z]: &[T; 2]) -> [T; 2] {
         [z, self.mu * (T::ONE - y * y) * z - y]
     }

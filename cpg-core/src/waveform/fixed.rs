@@ -48,7 +48,6 @@ struct Use {
 
 impl Use {
     /// A number in 2^-44 times the gain; exact for a gain of 1.
-    #[inline]
     fn scale(&self, value: i64) -> i64 {
         let gain = i64::from(self.gain.to_bits());
         // In two parts: 45 bits of an angle and 26 of a gain do not fit into 64.
@@ -65,12 +64,10 @@ struct Coefficients<const H: usize> {
 }
 
 /// Removes fraction bits, rounded to nearest.
-#[inline]
 const fn rounded(value: i64, bits: u32) -> i64 {
     value.wrapping_add(1 << (bits - 1)) >> bits
 }
 
-#[inline]
 fn times(coefficient: I4F28, sine: I2F30) -> i64 {
     // 2^-58 to 2^-44: enough for the sum of any number of harmonics.
     rounded(i64::from(coefficient.to_bits()).wrapping_mul(i64::from(sine.to_bits())), 14)
@@ -99,7 +96,6 @@ impl<const H: usize> Coefficients<H> {
 }
 
 /// The next harmonic's sine and cosine.
-#[inline]
 fn rotate(s: I2F30, c: I2F30, s1: I2F30, c1: I2F30) -> (I2F30, I2F30) {
     let [s, c, s1, c1] = [s, c, s1, c1].map(|x| i64::from(x.to_bits()));
     let sin = s.wrapping_mul(c1).wrapping_add(c.wrapping_mul(s1));

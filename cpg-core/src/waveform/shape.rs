@@ -42,8 +42,6 @@
 //! # Ok::<(), cpg_core::BuildError>(())
 //! ```
 
-use core::hint::cold_path;
-
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::{all_in_range, in_range};
@@ -154,7 +152,6 @@ pub struct Harmonics<const K: usize>([(f32, f32); K]);
 
 impl<const K: usize> Harmonics<K> {
     /// Those of a phase.
-    #[inline]
     #[must_use]
     pub fn of(phase: Phase) -> Self {
         // One sine and cosine; the harmonics are computed by rotation.
@@ -172,7 +169,6 @@ impl<const K: usize> Harmonics<K> {
 impl<const H: usize> Shape for FourierShape<H> {
     type Basis = Harmonics<H>;
 
-    #[inline]
     fn basis(phase: Phase) -> Harmonics<H> {
         Harmonics::of(phase)
     }
@@ -233,7 +229,6 @@ fn neighbour<const K: usize>(ring: &[f32; K], k: usize, by: usize) -> f32 {
 impl<const K: usize> Shape for SplineShape<K> {
     type Basis = Phase;
 
-    #[inline]
     fn basis(phase: Phase) -> Phase {
         phase
     }
@@ -352,19 +347,14 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
     }
 
     /// A number of each joint, of its shape's point, its shape's mean and its adjustment.
-    #[inline]
     fn each(&self, read: impl Fn(ShapePoint, f32, &Adjustment) -> f32) -> [f32; N] {
         // Joints without a lead, which are most, have one phase.
         let phase = self.phase();
         let shared = S::basis(phase);
         let mut out = [0.0; N];
         for ((out, shape), adjustment) in out.iter_mut().zip(&self.shapes).zip(&self.adjustments) {
-            let point = if adjustment.lead == Phase(0) {
-                shape.at_basis(&shared)
-            } else {
-                cold_path();
-                shape.at(phase + adjustment.lead)
-            };
+            let point =
+                if adjustment.lead == Phase(0) { shape.at_basis(&shared) } else { shape.at(phase + adjustment.lead) };
             *out = read(point, shape.mean(), adjustment);
         }
         out

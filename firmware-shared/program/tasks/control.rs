@@ -3,7 +3,6 @@
 //! [`sensor_step`] turns a sample set of the converter into a measurement, [`control_step`] hands it to the loop, writes the pulses and
 //! leaves a copy of both in telemetry's queues.
 
-use core::hint::cold_path;
 use core::ptr;
 
 use portable_atomic::{AtomicPtr, AtomicU32, Ordering};
@@ -139,7 +138,6 @@ pub(crate) fn begin(control: &'static mut Control) {
 
 /// The handler of the interrupt of the ticks, which nothing else uses. The end of the samples makes it pending, once a millisecond. It is not a
 /// task of the executor, whose queue and waker cost about 90 instructions in each tick.
-#[inline(always)]
 pub(crate) fn on_interrupt() {
     // SAFETY: `begin` was given the only reference there will ever be, and nothing but this handler uses it, which does not interrupt itself.
     let control = unsafe { STATE.load(Ordering::Acquire).as_mut() };
@@ -156,7 +154,6 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let started = stopwatch::cycles();
     let elapsed = control.pacer.elapsed(measured.triggered_us).min(MAX_ELAPSED);
     if elapsed == 0 {
-        cold_path();
         return;
     }
 
@@ -166,12 +163,10 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let is_as_written =
         control.outputs.as_written() && clocks::is_as_started() && sampling::is_as_started(control.compared);
     if !is_as_written && !lacks(Protection::ReadBack) || control.refused {
-        cold_path();
         control.refused = false;
         faults = faults.with(BoardFaults::OUTPUTS);
     }
     if control.outputs.take_break() {
-        cold_path();
         faults = faults.with(BoardFaults::BREAK_INPUT);
     }
     let start_us = since(stopwatch::now_us(), measured.triggered_us);
@@ -205,13 +200,11 @@ fn control_step(control: &mut Control, measured: &Measurement) {
             control.outputs.drive(permit, widths)
         }
         (Some(_), _) => {
-            cold_path();
             control.refused = true;
             control.check.rest(elapsed);
             control.outputs.release_without_supply();
         }
         (None, _) => {
-            cold_path();
             control.check.rest(elapsed);
             if state == SupervisorState::Fault {
                 control.outputs.release_without_supply();
@@ -221,14 +214,12 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         }
     }
     if !control.joint_loop.knows_last_pulses() {
-        cold_path();
         kept_outputs::forget();
     }
 
     // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
     BOARD.sync_output.set(time_code::level(tick));
     if control.ticks_to_frame == TICKS_AFTER_LAMPS {
-        cold_path();
         lamps::show(control.shown(state, command.pulses.is_some()), tick);
     }
     control.report(&sample, tick);
@@ -243,7 +234,6 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 /// Raises a number that nothing else raises: load and store need not be one, as telemetry, which takes the number, does not interrupt a tick.
 fn raise(most: &AtomicU32, now: u32) {
     if now > most.load(Ordering::Relaxed) {
-        cold_path();
         most.store(now, Ordering::Relaxed);
     }
 }
@@ -272,44 +262,37 @@ impl Control {
         let mut dropped = u32::from(!queue::put(&mut self.samples, || (tick, *sample)));
         let now = (self.joint_loop.state(), self.joint_loop.cause());
         if self.reported != now {
-            cold_path();
             self.reported = now;
             let (state, cause) = now;
             dropped += u32::from(!queue::put(&mut self.changes, || Change { tick, state, cause }));
         }
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
-            cold_path();
             self.ticks_to_frame = TICKS_A_FRAME;
             dropped += u32::from(!queue::put(&mut self.frames, || self.joint_loop.frame()));
         }
         self.ticks_to_settings = self.ticks_to_settings.saturating_sub(1);
         for answer in self.joint_loop.answers() {
-            cold_path();
             if answer.outcome == Outcome::InEffect {
                 self.ticks_to_settings = 0;
             }
             dropped += u32::from(!queue::put(&mut self.answers, || answer));
         }
         if self.ticks_to_settings == 0 {
-            cold_path();
             self.ticks_to_settings = TICKS_A_REPORT;
             dropped += u32::from(!queue::put(&mut self.settings, || (tick, *self.joint_loop.settings())));
         } else if self.ticks_to_settings == TICKS_A_REPORT - 1 {
             // In the tick after the settings, so that the longest tick has one of the two.
-            cold_path();
             dropped += u32::from(!queue::put(&mut self.conditions, || self.joint_loop.conditions()));
         }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {
-            cold_path();
             self.ticks_to_record = self.joint_loop.settings().ticks_a_record();
             if !queue::put(&mut self.records, || self.joint_loop.frame()) {
                 NOT_SENT.fetch_add(1, Ordering::Relaxed);
             }
         }
         if dropped > 0 {
-            cold_path();
             DROPPED.fetch_add(dropped, Ordering::Relaxed);
         }
     }
@@ -324,7 +307,6 @@ impl Control {
             dropped += u32::from(!queue::put(&mut self.edges, || edge));
         });
         if dropped > 0 {
-            cold_path();
             DROPPED.fetch_add(dropped, Ordering::Relaxed);
         }
     }

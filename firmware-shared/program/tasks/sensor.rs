@@ -1,7 +1,5 @@
 //! Checks that a sample set of the converter is complete, in order and recent, and reads the button and the foot switch.
 
-use core::hint::cold_path;
-
 use crate::board::BOARD;
 use firmware_shared::pacing::{STALE_US, since};
 use joint_loop::{BoardFaults, SENSORS};
@@ -34,21 +32,13 @@ pub(super) fn sensor_step(last_sequence: &mut Option<u32>) -> Option<Measurement
     // A set that was overwritten before it was read is a lost conversion. The time stamps count the missed ticks.
     let in_order = match last_sequence {
         Some(last) => set.sequence == last.wrapping_add(1),
-        None => {
-            cold_path();
-            true
-        }
+        None => true,
     };
     *last_sequence = Some(set.sequence);
     let stale = since(stopwatch::now_us(), set.triggered_us) > STALE_US;
 
     let sound = in_order && !stale && !set.torn;
-    let faults = if sound {
-        BoardFaults::NONE
-    } else {
-        cold_path();
-        BoardFaults::ADC_OVERRUN
-    };
+    let faults = if sound { BoardFaults::NONE } else { BoardFaults::ADC_OVERRUN };
     environment::add(set.vrefint, set.temperature);
     SENSOR.count();
     Some(Measurement {

@@ -9,11 +9,6 @@ pub(crate) struct Burst {
 }
 
 impl Burst {
-    /// Whether there is no event since which time is counted.
-    pub(crate) const fn is_over(&self) -> bool {
-        self.count == 0
-    }
-
     /// Adds the events of a tick, `elapsed` periods after the one before; the events since the first one of the last `second` periods. After a
     /// second the next event is a first one again.
     pub(crate) fn note(&mut self, events: u32, elapsed: u32, second: u32) -> u32 {

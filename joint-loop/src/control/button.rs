@@ -15,8 +15,6 @@
 //! [`Press::spend`] uses a press up: its release is then no event. The loop does so when its state changes, so that the press that stopped
 //! a motion does not arm at its release, and no hold acts on a state that began after it.
 
-use core::hint::cold_path;
-
 use crate::error::{LoopError, inside, ticks};
 use joint_units::Period;
 
@@ -162,7 +160,6 @@ impl Button {
             press.differs_for = 0;
             return ButtonEvent::None;
         }
-        cold_path();
         press.differs_for = press.differs_for.saturating_add(1);
         if press.differs_for < self.stable {
             return ButtonEvent::None;

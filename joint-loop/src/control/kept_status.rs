@@ -3,8 +3,6 @@
 //! As a number from 0 to 7 one changed bit of memory would make a moving state of one at rest, and the outputs would go on without a hold of the
 //! button. Any two of these words differ in 16 bits, and each in 14 or more from a word that is all zeros or all ones. A word that is no state is a fault.
 
-use core::hint::cold_path;
-
 use crate::control::supervisor::{Cause, SupervisorState, SupervisorStatus};
 
 /// The word of each state, in the order of its number: three rows of a Walsh matrix in all combinations, on one pattern.
@@ -32,16 +30,9 @@ impl KeptStatus {
 
     /// The status that was kept; the fault `memory` if the word is no state.
     pub(crate) fn read(self) -> SupervisorStatus {
-        const WALKING: u32 = WORDS[SupervisorState::Walking as usize];
         // Compared with each word: a table of the states by a part of the word would find less.
-        let state = if self.word == WALKING {
-            Some(SupervisorState::Walking)
-        } else {
-            cold_path();
-            WORDS.iter().zip(SupervisorState::ALL).find(|(word, _)| **word == self.word).map(|(_, state)| state)
-        };
-        match state {
-            Some(state) => SupervisorStatus { state, cause: self.cause },
+        match WORDS.into_iter().zip(SupervisorState::ALL).find(|(word, _)| *word == self.word) {
+            Some((_, state)) => SupervisorStatus { state, cause: self.cause },
             None => SupervisorStatus { state: SupervisorState::Fault, cause: Cause::Memory },
         }
     }

@@ -31,8 +31,6 @@
 //! [`crate::control::fault_table`] lists validities, times and reactions, [`crate::control::supply`] and [`crate::control::timeliness`] have the
 //! conditions of supply and ticks.
 
-use core::hint::cold_path;
-
 use crate::control::burst::Burst;
 use crate::control::stop_test::{StopTest, StopTestState};
 use crate::control::supervisor::{Cause, Demand};
@@ -211,38 +209,6 @@ pub struct MonitorState {
 impl Monitor {
     /// Updates the counts with one tick and returns the demand on the supervisor.
     pub fn judge(&self, monitor_state: &mut MonitorState, seen: &Observation) -> Demand {
-        if !self.is_quiet(monitor_state, seen) {
-            cold_path();
-            return self.judge_each(monitor_state, seen);
-        }
-        monitor_state.since_worst = monitor_state.since_worst.saturating_add(seen.elapsed);
-        monitor_state.worst = Validity::Good;
-        self.note_person(monitor_state, seen);
-        Demand::Go
-    }
-
-    /// Whether no condition holds and nothing is counted, which is nearly always so while the board moves: then no count changes.
-    fn is_quiet(&self, monitor_state: &MonitorState, seen: &Observation) -> bool {
-        seen.faults.is_empty()
-            && seen.elapsed == 1
-            && self.stop_gap >= 1
-            && seen.sensors == Validity::Good
-            && !seen.late
-            && !seen.pose_limited
-            && !(seen.moving && seen.person_stands)
-            && seen.generator_sound
-            && seen.supply == Demand::Go
-            && seen.watchdog_clock == Demand::Go
-            && seen.debugger != Debugger::Refused
-            && !seen.program_unproven
-            && !self.awaits_stop_test(monitor_state)
-            && monitor_state.sensor | monitor_state.pose | monitor_state.stood == 0
-            && monitor_state.overruns.is_over()
-            && monitor_state.timeliness.is_quiet()
-    }
-
-    #[cold]
-    fn judge_each(&self, monitor_state: &mut MonitorState, seen: &Observation) -> Demand {
         // A count stops at one above the tolerance, so that it returns to 0 within tolerance + 1 good periods.
         let overrun = seen.faults.contains(BoardFaults::ADC_OVERRUN);
         let tolerance = if seen.moving { self.sensor_tolerance } else { self.sensor_tolerance.min(self.most_at_rest) };
@@ -358,7 +324,6 @@ fn named(faults: BoardFaults) -> Option<Cause> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     const FAULTLESS: Observation = Observation {
         moving: true,
@@ -377,52 +342,6 @@ mod tests {
 
     fn monitor() -> Monitor {
         MonitorConfig::DEFAULT.build(Period::MILLISECOND).expect("valid")
-    }
-
-    /// A tick in which `what` is wrong, where 0 and numbers without a meaning are a quiet one.
-    fn with_wrong(what: u8, moving: bool) -> Observation {
-        let seen = Observation { moving, ..FAULTLESS };
-        match what {
-            1 => Observation { elapsed: 2, ..seen },
-            2 => Observation { elapsed: 7, ..seen },
-            3 => Observation { late: true, ..seen },
-            4 => Observation { supply: Demand::Stop(Cause::Supply), ..seen },
-            5 => Observation { watchdog_clock: Demand::Stop(Cause::WatchdogClock), ..seen },
-            6 => Observation { debugger: Debugger::Refused, ..seen },
-            7 => Observation { faults: BoardFaults::ADC_OVERRUN, ..seen },
-            8 => Observation { faults: BoardFaults::BREAK_INPUT, ..seen },
-            9 => Observation { sensors: Validity::Open, ..seen },
-            10 => Observation { sensors: Validity::Spike, ..seen },
-            11 => Observation { generator_sound: false, ..seen },
-            12 => Observation { pose_limited: true, ..seen },
-            13 => Observation { person_stands: true, ..seen },
-            14 => Observation { supply: Demand::Fault(Cause::Supply), ..seen },
-            15 => Observation { debugger: Debugger::Attached, ..seen },
-            16 => Observation { program_unproven: true, ..seen },
-            _ => seen,
-        }
-    }
-
-    proptest! {
-        /// The shortcut for quiet ticks demands and counts what the conditions one by one do.
-        #[test]
-        fn a_quiet_tick_is_as_each_condition_says(
-            runs in prop::collection::vec((0_u8..40, 1_u32..80, any::<bool>()), 1..60),
-            required: bool, tested: bool, stand_s in 1.0_f32..3.0,
-        ) {
-            let config =
-                MonitorConfig { sensor_required: required, stop_test_required: tested, stand_s, ..MonitorConfig::DEFAULT };
-            let monitor = config.build(Period::MILLISECOND).expect("valid");
-            let (mut state, mut each) = (MonitorState::default(), MonitorState::default());
-            for (what, ticks, moving) in runs {
-                let seen = with_wrong(what, moving);
-                for tick in 0..ticks {
-                    let demand = monitor.judge(&mut state, &seen);
-                    prop_assert_eq!(demand, monitor.judge_each(&mut each, &seen), "{:?}, tick {}", seen, tick);
-                    prop_assert_eq!(state, each, "{:?}, tick {}", seen, tick);
-                }
-            }
-        }
     }
 
     /// The ticks on which a stop is demanded, with overruns on the given ticks.

@@ -18,7 +18,7 @@
 //!   ([`crate::control::button`]): the debounced edge, and the release after a deliberate hold. *settled* means that the ramp of
 //!   the state has ended: in arming at the generator's angles, in stopping at the park pose. In arming, a press has priority
 //!   over settled. A press in the tick that ends a stop is ignored. A stop request is a stop with the cause `request`. Where one of the
-//!   last three columns has `-`, the others apply. A press on a stop does what the stop does.
+//!   last three columns has `-`, the others apply. With the demand stop, a press has no effect of its own.
 //! - **No motion without a hold**: the only ways to motion are a hold in disarmed and one in trim_ready, with the demand go.
 //! - **A press that is no hold** is refused in disarmed and in trim_ready: the cause says whether it was too short, too long, or one of too many.
 //!   Otherwise its release has no effect.
@@ -331,7 +331,7 @@ pub struct SupervisorStatus {
 /// Inputs of the supervisor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Inputs {
-    /// What the button did.
+    /// Event of the button.
     pub button: ButtonEvent,
     /// The ramp of the present state has ended.
     pub settled: bool,
@@ -371,18 +371,7 @@ pub struct Actions {
 
 /// The table of the module as a function, defined for all inputs.
 #[must_use]
-#[inline]
 pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
-    // Nearly always so in walking, and what the table says of it.
-    let walks = matches!(status.state, SupervisorState::Walking);
-    if walks && matches!(inputs.demand, Demand::Go) && !matches!(inputs.button, ButtonEvent::Press) {
-        return (status, Actions { outputs: true, motion: Motion::Run });
-    }
-    next_by_table(status, inputs)
-}
-
-#[cold]
-const fn next_by_table(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
     use SupervisorState::{Arming, Boot, Disarmed, Fault, Stopping, TrimReady, Trimming, Walking};
     let SupervisorStatus { state, cause } = status;
     let (press, hold) = (matches!(inputs.button, ButtonEvent::Press), matches!(inputs.button, ButtonEvent::Hold));
@@ -491,7 +480,7 @@ mod tests {
                 _ => false,
             };
             let stop_request = inputs.demand == Demand::Stop(Cause::Request);
-            // A trim request goes before the others, then what has settled. A column with `-` does not apply.
+            // A trim request goes first, then a settled ramp. A column with `-` does not apply.
             let special = [(inputs.trim && column != 6, 9), (inputs.settled && settles, 7), (stop_request, 8)];
             let special = special.iter().find(|(applies, place)| *applies && row[*place] != "-");
             let cell = row[special.map_or(column, |(_, place)| *place)];

@@ -3,8 +3,6 @@
 //! Below its minimum the chip may not execute what is in its flash (at 168 MHz five wait states are enough from 2.7 V on), so a ramp to the park
 //! pose cannot be relied on: the reaction is a fault, which switches the outputs off. It also needs no sensor and no follower's consent.
 
-use core::hint::cold_path;
-
 use hgod_adc::Reference;
 use joint_units::{AdcCode, Period};
 
@@ -67,12 +65,6 @@ impl Supply {
     /// Takes the code of the internal reference in one tick. At rest there is no tolerance, and nothing is latched.
     pub(crate) fn judge(&self, state: &mut SupplyState, vrefint: AdcCode, elapsed: u32, moving: bool) -> Demand {
         let is_low = self.reference.supply(vrefint).is_err();
-        // Nearly always the supply has never dipped, and there is nothing to count.
-        if !is_low && state.low | state.pause | state.dips == 0 {
-            state.rippling = 0;
-            return Demand::Go;
-        }
-        cold_path();
         let recent = self.count(state, is_low, elapsed);
         if is_low {
             state.low = state.low.saturating_add(elapsed).min(self.tolerance.saturating_add(1));

@@ -1,7 +1,5 @@
 //! One tick of the loop: calls every stage in order, from sample to command.
 
-use core::hint::cold_path;
-
 use crate::control::button::{Button, Press};
 use crate::control::kept_status::KeptStatus;
 use crate::control::monitor::{Monitor, MonitorState, Observation};
@@ -65,10 +63,10 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     status: KeptStatus,
     weight: Weight,
     feedback: FeedbackState,
-    /// That of the last pulses while they are known, also at rest, or of the allowed pose next to them; else the park pose.
+    /// State of the gate: at the last pulses while they are known, also at rest, or at the allowed pose next to them; else at the park pose.
     gating: GateState,
     started: StartState,
-    /// From the last pulses to `gating`, where they are known and the gate does not allow their pose.
+    /// From the last pulses to `gating`, if they are known and the gate does not allow their pose.
     way: Option<Way>,
     parked: GateState,
     /// The servo that a hold of the button trims, or that is trimmed; the last one after a trim.
@@ -77,7 +75,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     frame: Frame<S>,
 }
 
-/// What a host asks of the supervisor in one tick.
+/// Request of a host to the supervisor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Asked {
     Nothing,
@@ -92,11 +90,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     pub fn tick(&mut self, sample: &Sample<S>) -> Command {
         // Count. Missed periods are counted and dropped.
         let elapsed = self.count(sample);
-        // What memory holds of the state: no state is a fault, and switches the outputs off in this tick.
+        // A word in memory that is no state is a fault, and switches the outputs off in this tick.
         let before = self.status.read();
         let button = self.stages.button.sample(&mut self.press, sample.button, elapsed);
         if sample.faults.contains(BoardFaults::BREAK_INPUT) {
-            cold_path();
             self.press.stop();
         }
 
@@ -120,14 +117,11 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
         // Feedback.
         let mut target = self.target();
-        if self.stages.feedback.is_some() {
-            self.add_feedback(elapsed, &mut target);
-        }
+        self.add_feedback(elapsed, &mut target);
 
         // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions, before.state != SupervisorState::Trimming);
         if actions.outputs && pulses.is_none() {
-            cold_path();
             (status, actions) = next(status, Inputs { demand: Demand::Fault(Cause::NonFinite), ..inputs });
         }
 
@@ -136,7 +130,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
         // The button: a press acts on one state.
         if status.state != before.state {
-            cold_path();
             self.press.spend();
         }
 
@@ -151,28 +144,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
     /// Frame of the last tick.
     #[must_use]
-    #[inline(always)]
     pub fn frame(&self) -> Frame<S> {
-        // Field by field: a copy of more than 64 bytes at once is a call that takes one word a turn.
-        let frame = &self.frame;
-        Frame {
-            seq: frame.seq,
-            tick: frame.tick,
-            state: frame.state,
-            cause: frame.cause,
-            measured: frame.measured,
-            validity: frame.validity,
-            // Computed when somebody looks: nothing changes a generator between two ticks.
-            following: self.generator.follow_status(),
-            setpoints: frame.setpoints,
-            pulses: frame.pulses,
-            late: frame.late,
-            missed: frame.missed,
-            overruns: frame.overruns,
-            limited: frame.limited,
-            limited_ticks: frame.limited_ticks,
-            setpoint_hash: frame.setpoint_hash,
-        }
+        Frame { following: self.generator.follow_status(), ..self.frame }
     }
 
     /// Number of the last control period: [`Frame::tick`].
@@ -187,12 +160,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.frame.cause
     }
 
-    /// What was not as it should be, counted since the boot.
+    /// Fault counters since the boot.
     #[must_use]
-    #[inline(always)]
     pub fn conditions(&self) -> Conditions<S> {
-        let sensors = self.sensor_counts.map(SensorCounts::by_fields);
-        Conditions { tick: self.frame.tick, supply_dips: self.supply_state.dips, sensors }
+        Conditions { tick: self.frame.tick, supply_dips: self.supply_state.dips, sensors: self.sensor_counts }
     }
 
     /// State of the supervisor after the last tick.
@@ -214,7 +185,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Takes the last pulses of the run before the reset, before the first tick: a motion within [`crate::motion::start::KNOWN_S`] starts from them.
-    /// Returns false, and a motion starts at the park pose, where a pulse is none that a servo can have.
+    /// Returns false, and a motion starts at the park pose, if a pulse is outside its servo's range.
     pub fn start_from(&mut self, pulses: [PulseMicros; Joint::COUNT]) -> bool {
         let is_known = self.stand_at(pulses);
         if is_known {
@@ -308,35 +279,27 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Validity {
         let mut worst = Validity::Good;
         let frame = &mut self.frame;
-        // By index, which each array has: a `zip` of six iterators takes 47 instructions more.
-        for (n, sensor) in self.stages.sensors.iter().enumerate() {
+        let kept = self.sensor_states.iter_mut().zip(&mut self.sensor_counts);
+        let readings = frame.measured.iter_mut().zip(&mut frame.validity);
+        let channels = self.stages.sensors.iter().zip(sample.codes).zip(kept.zip(readings));
+        for ((sensor, code), ((state, counts), (angle, validity))) in channels {
             let Some(sensor) = sensor else { continue };
-            let (Some(state), Some(code)) = (self.sensor_states.get_mut(n), sample.codes.get(n)) else { continue };
-            let (Some(angle), Some(validity)) = (frame.measured.get_mut(n), frame.validity.get_mut(n)) else {
-                continue;
-            };
             state.missed(elapsed - 1);
-            let reading = sensor.sample(state, *code, sample.vrefint);
-            // Nearly always it was good and is good.
-            if (*validity, reading.validity) != (Some(Validity::Good), Validity::Good)
-                && let Some(counts) = self.sensor_counts.get_mut(n)
-            {
-                counts.note(*validity, reading.validity, elapsed);
-            }
+            let reading = sensor.sample(state, code, sample.vrefint);
+            counts.note(*validity, reading.validity, elapsed);
             (*angle, *validity) = (reading.angle, Some(reading.validity));
             worst = worst.worse(reading.validity);
         }
         worst
     }
 
-    /// Takes the request of a tick, and answers it; what it asks of the supervisor.
+    /// Takes and answers the request of a tick; returns its part for the supervisor.
     fn asked(&mut self, sample: &Sample<S>, state: SupervisorState) -> Asked {
         self.tuner.begin();
         let Some(request) = sample.request else { return Asked::Nothing };
-        cold_path();
         let outcome = match request.action {
             Action::Trim { .. } | Action::Jog { .. } => self.stages.trimmer.take(&mut self.trim, state, request.action),
-            _ => self.tuner.take(request, self.generator.follow_lock().is_some()),
+            _ => self.tuner.take(request, self.generator.follow_status().is_some()),
         };
         self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
         match request.action {
@@ -348,10 +311,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
     /// Demand of the monitor and of the host on the supervisor.
     fn demand(&self, seen: Demand, asked: Asked, state: SupervisorState) -> Demand {
-        if seen == Demand::Go && asked == Asked::Nothing && state == SupervisorState::Walking {
-            return Demand::Go;
-        }
-        cold_path();
         let seen = if state.is_trim() { seen.in_trim() } else { seen };
         let is_silent = || self.trim.is_some_and(|trim| self.stages.trimmer.is_silent(&trim));
         match seen {
@@ -386,17 +345,16 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator_sound: self.sound,
             // On the way to the park pose the joints may meet the envelope, which the generator does not.
             pose_limited: self.frame.limited.contains(GateStatus::POSE) && !self.weight.is_at_start(),
-            person_stands: matches!(self.generator.follow_lock(), Some(Lock::Stopped | Lock::Seeking)),
+            person_stands: self
+                .generator
+                .follow_status()
+                .is_some_and(|status| matches!(status.state, Lock::Stopped | Lock::Seeking)),
         }
     }
 
     /// Whether the ramp of the present state has ended.
     fn settled(&self, state: SupervisorState) -> bool {
         let blend = &self.stages.blend;
-        if state == SupervisorState::Walking {
-            return false;
-        }
-        cold_path();
         match state {
             SupervisorState::Arming => blend.risen(self.weight),
             // The gate may be a few ticks behind the target. If it does not reach the target, the stop ends when overdue.
@@ -411,23 +369,17 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // A follower gets good samples only.
         let gait = self.stages.gait_sensor;
         let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
-        let measured = if good && self.tuner.settings().follow() {
-            self.frame.measured.get(gait).copied()
-        } else {
-            cold_path();
-            None
-        };
+        let measured =
+            if good && self.tuner.settings().follow() { self.frame.measured.get(gait).copied() } else { None };
         self.generator.observe(measured);
         if sample.foot && !self.foot {
-            cold_path();
             self.generator.heel_strike();
         }
         self.foot = sample.foot;
         self.sound = if self.sound {
-            let follows = self.generator.follow_lock().is_some();
+            let follows = self.generator.follow_status().is_some();
             self.tuner.step(&mut self.source, &mut self.generator, follows, self.frame.tick, state.moving())
         } else {
-            cold_path();
             if !state.moving() {
                 self.source.reset(&mut self.generator);
             }
@@ -443,7 +395,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.gating == self.parked && self.way.is_none()
     }
 
-    /// The gate stands with these pulses; false, and nothing changes, where a pulse is none that a servo can have.
+    /// The gate stands with these pulses; false, and nothing changes, if a pulse is outside its servo's range.
     fn stand_at(&mut self, pulses: [PulseMicros; Joint::COUNT]) -> bool {
         let found = found(&self.stages.gate, &self.stages.servos, &self.parked, pulses);
         if let Some((gating, way)) = found {
@@ -465,16 +417,13 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn target(&self) -> [Radians; Joint::COUNT] {
         let is_elsewhere = self.weight.is_at_start() && !self.is_parked();
         if is_elsewhere && !self.stages.start.has_begun(self.started) {
-            cold_path();
             self.stages.gate.pose(&self.gating)
         } else {
             self.stages.blend.target(self.weight, self.wanted)
         }
     }
 
-    /// Adds what the joints' angles ask for, by the weight of the ramps: nothing at the park pose, where they begin and end.
-    #[cold]
-    #[inline(never)]
+    /// Adds the feedback of the joints' angles, by the weight of the ramps: nothing at the park pose, where they begin and end.
     fn add_feedback(&mut self, elapsed: u32, target: &mut [Radians; Joint::COUNT]) {
         let Some(feedback) = &self.stages.feedback else { return };
         let frame = &self.frame;
@@ -500,9 +449,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         begins_trim: bool,
     ) -> Option<[PulseMicros; Joint::COUNT]> {
         self.frame.limited = GateStatus::NONE;
-        if actions.motion != Motion::Run {
-            cold_path();
-        }
         match actions.motion {
             Motion::Freeze => return None,
             Motion::Trim => return self.trim(begins_trim),
@@ -515,7 +461,6 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Motion::Rise | Motion::Run | Motion::Stop | Motion::Hurry => {}
         }
         if let Some(way) = self.way {
-            cold_path();
             return self.go(way);
         }
         let (setpoints, limited) = self.stages.gate.limit(&mut self.gating, target).ok()?;
@@ -526,9 +471,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         Some(pulses)
     }
 
-    /// Pulses of a way: held for as long as those of an allowed pose, then on to where the gate stands.
-    #[cold]
-    #[inline(never)]
+    /// Pulses of a way: held for as long as the pulses of an allowed pose, then on to the pose of the gate.
     fn go(&mut self, mut way: Way) -> Option<[PulseMicros; Joint::COUNT]> {
         let start = self.stages.start;
         let goal = ServoMap::pulses(&self.stages.servos, self.stages.gate.pose(&self.gating))?;
@@ -548,7 +491,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
         let (pulses, joint, angle) = self.stages.trimmer.step(&mut trim);
         self.trim = Some(trim);
-        // What is not known is not there: a servo has the pulses that its map allows.
+        // The map of a servo allows its pulses, so this does not fail.
         let _ = self.stand_at(pulses);
         self.frame.setpoints = self.stages.blend.park();
         if let Some(setpoint) = self.frame.setpoints.get_mut(joint as usize) {

@@ -26,34 +26,20 @@ pub(crate) struct Timeliness {
 pub(crate) struct TimelinessState {
     /// Late ticks, one bit each; bit 0 is the last one.
     late: u128,
-    /// How many they are.
-    late_count: u32,
     missed: Burst,
 }
 
 impl Timeliness {
     /// Takes a tick, and whether it was late; `elapsed` is the number of periods since the one before.
     pub(crate) fn judge(&self, state: &mut TimelinessState, late: bool, elapsed: u32) -> Demand {
-        // Nearly always no tick of the window is late: its bits are 0 and stay so.
-        if late || state.late_count > 0 {
-            let leaves = state.late >> (LATE_WINDOW - 1) & 1 != 0;
-            state.late = (state.late << 1 | u128::from(late)) & WINDOW_BITS;
-            state.late_count = state.late_count.saturating_add(late.into()).saturating_sub(leaves.into());
-        }
+        state.late = (state.late << 1 | u128::from(late)) & WINDOW_BITS;
         if state.missed.note(elapsed.saturating_sub(1), elapsed, self.second) > self.missed {
             Demand::Fault(Cause::Gap)
-        } else if state.late_count > self.late {
+        } else if state.late.count_ones() > self.late {
             Demand::Stop(Cause::Late)
         } else {
             Demand::Go
         }
-    }
-}
-
-impl TimelinessState {
-    /// Whether no tick of the window was late, and no missed period is counted.
-    pub(crate) const fn is_quiet(&self) -> bool {
-        self.late_count == 0 && self.missed.is_over()
     }
 }
 
@@ -80,9 +66,9 @@ mod tests {
         assert_eq!(stops, (5..100).collect::<Vec<_>>());
     }
 
-    /// The bits and their number against the ticks themselves, over rare and frequent late ticks.
+    /// The bits against the ticks themselves, over rare and frequent late ticks.
     #[test]
-    fn the_count_is_that_of_the_last_hundred_ticks() {
+    fn the_bits_are_the_last_hundred_ticks() {
         for nth in 2..400_u32 {
             let late: Vec<bool> = (0..2_000_u32).map(|tick| tick.wrapping_mul(2_654_435_761) % nth == 0).collect();
             let mut state = TimelinessState::default();
@@ -90,7 +76,7 @@ mod tests {
                 LIMITS.judge(&mut state, *is_late, 1);
                 let window = &late[(tick + 1).saturating_sub(LATE_WINDOW as usize)..=tick];
                 let count = window.iter().filter(|late| **late).count() as u32;
-                assert_eq!((state.late_count, state.late.count_ones()), (count, count), "one in {nth}, tick {tick}");
+                assert_eq!(state.late.count_ones(), count, "one in {nth}, tick {tick}");
             }
         }
     }

@@ -3,8 +3,6 @@
 //! A watchdog has an oscillator of its own. One that is too slow resets a board that hangs too late, one that stands still never does, and one that is
 //! too fast resets a board that works. The board works while this is found, so a motion stops by the ramp to the park pose.
 
-use core::hint::cold_path;
-
 use crate::control::supervisor::{Cause, Demand};
 
 /// Slowest oscillator for which the board's watchdog resets in time, Hz: the least of the data sheets of the boards' chips.
@@ -45,19 +43,13 @@ impl WatchdogClockState {
     /// Takes the measurement of a tick, if there is one. Where it is `required`, there must have been one.
     pub(crate) fn judge(&mut self, measured: Option<WatchdogHz>, required: bool) -> Demand {
         if measured.is_some() {
-            cold_path();
             self.last = measured;
         }
         let is_allowed = match self.last {
             Some(hz) => hz.is_allowed(),
             None => !required,
         };
-        if is_allowed {
-            Demand::Go
-        } else {
-            cold_path();
-            Demand::Stop(Cause::WatchdogClock)
-        }
+        if is_allowed { Demand::Go } else { Demand::Stop(Cause::WatchdogClock) }
     }
 
     /// The last measurement, if it is not allowed.

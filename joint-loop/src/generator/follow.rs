@@ -5,7 +5,7 @@
 
 use cpg_core::entrainment::correction::{INPUTS, TERMS};
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
-use cpg_core::entrainment::{Corrections, EventSource, FollowStatus, Follower, FollowerConfig, Lock};
+use cpg_core::entrainment::{Corrections, EventSource, FollowStatus, Follower, FollowerConfig};
 use cpg_core::{BuildError, Follow};
 use hgod_adc::FilterConfig;
 use joint_units::{Joint, Period, Radians};
@@ -90,10 +90,6 @@ impl BoardKind for FollowConfig {
 
     fn follow_status(built: &Built) -> Option<FollowStatus> {
         built.follow_status()
-    }
-
-    fn follow_lock(built: &Built) -> Option<Lock> {
-        built.follow_lock()
     }
 }
 
@@ -323,12 +319,11 @@ mod tests {
             generator.step();
             let status = (generator.angles(), generator.follow_status());
             assert_eq!(status, (core.angles(), Some(core.status())), "tick {tick}");
-            assert_eq!(generator.follow_lock(), Some(core.status().state), "tick {tick}");
         }
         let BoardGenerator::Follow(follower) = generator else { unreachable!() };
         assert_eq!(follower, core);
         assert!((follower.event_phase().expect("learned").cycles() - 0.4).abs() < 0.01);
         let network = GeneratorConfig::default_walk().build(Period::MILLISECOND).unwrap();
-        assert_eq!((network.follow_status(), network.follow_lock()), (None, None));
+        assert_eq!(network.follow_status(), None);
     }
 }

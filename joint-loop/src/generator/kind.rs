@@ -1,6 +1,6 @@
 //! The trait of one kind of generator: name, build, and codec of its flash record.
 
-use cpg_core::entrainment::{FollowStatus, Lock};
+use cpg_core::entrainment::FollowStatus;
 use cpg_core::{BuildError, Generator};
 use joint_units::{Joint, Period, Radians};
 
@@ -35,10 +35,5 @@ pub(crate) trait BoardKind: Sized {
     /// Tracking status of a follower.
     fn follow_status(_built: &Self::Built) -> Option<FollowStatus> {
         None
-    }
-
-    /// Its state alone.
-    fn follow_lock(built: &Self::Built) -> Option<Lock> {
-        Self::follow_status(built).map(|status| status.state)
     }
 }

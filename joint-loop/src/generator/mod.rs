@@ -15,8 +15,8 @@ pub mod shape;
 pub mod spline;
 pub mod thesis;
 
-use cpg_core::entrainment::{FollowStatus, Lock};
-use cpg_core::{BuildError, Follow, Generator, PhasePoint, StateFault};
+use cpg_core::entrainment::FollowStatus;
+use cpg_core::{BuildError, Follow, Generator, StateFault};
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
 #[cfg(feature = "serde")]
@@ -161,12 +161,6 @@ macro_rules! board_generators {
                 }
             }
 
-            fn phase_point(&self) -> PhasePoint {
-                match self {
-                    $(Self::$variant(generator) => generator.phase_point(),)+
-                }
-            }
-
             fn amplitude(&self) -> f32 {
                 match self {
                     $(Self::$variant(generator) => generator.amplitude(),)+
@@ -176,12 +170,6 @@ macro_rules! board_generators {
             fn check(&self) -> Result<(), StateFault> {
                 match self {
                     $(Self::$variant(generator) => generator.check(),)+
-                }
-            }
-
-            fn step_and_check(&mut self) -> Result<(), StateFault> {
-                match self {
-                    $(Self::$variant(generator) => generator.step_and_check(),)+
                 }
             }
 
@@ -208,12 +196,6 @@ macro_rules! board_generators {
             fn follow_status(&self) -> Option<FollowStatus> {
                 match self {
                     $(Self::$variant(generator) => <$module::Config as BoardKind>::follow_status(generator),)+
-                }
-            }
-
-            fn follow_lock(&self) -> Option<Lock> {
-                match self {
-                    $(Self::$variant(generator) => <$module::Config as BoardKind>::follow_lock(generator),)+
                 }
             }
         }

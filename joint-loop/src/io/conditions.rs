@@ -1,4 +1,4 @@
-//! What was not as it should be, counted in every tick since the boot: a state that is over before the next frame of a log is in these counts.
+//! Fault counters since the boot. They also catch faults that are shorter than one telemetry frame.
 
 use hgod_adc::Validity;
 
@@ -26,15 +26,8 @@ pub struct SensorCounts {
 pub const BAD: usize = Validity::ALL.len() - 1;
 
 impl SensorCounts {
-    /// None.
+    /// No counts.
     pub const NONE: Self = Self { changes: 0, bad: [0; BAD] };
-
-    /// A copy. A copy of several at once is a call that takes one word a turn.
-    #[inline(always)]
-    pub(crate) fn by_fields(self) -> Self {
-        let Self { changes, bad } = self;
-        Self { changes, bad }
-    }
 
     /// Adds a tick, `elapsed` periods after the one before; `before` is `None` in the first tick, which is no change.
     pub(crate) fn note(&mut self, before: Option<Validity>, now: Validity, elapsed: u32) {

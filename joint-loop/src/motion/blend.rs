@@ -9,8 +9,6 @@
 //! within 0 to 1 whenever a stop begins, also during a ramp, and when a normal stop becomes a hurried one. At weight 0 the
 //! target is the park pose and at weight 1 the generator's angles, both bit for bit.
 
-use core::hint::cold_path;
-
 use crate::control::supervisor::Motion;
 use crate::error::{LoopError, inside, ticks};
 use crate::motion::ramp::ramp;
@@ -99,11 +97,6 @@ impl Blend {
     #[must_use]
     pub fn advance(&self, weight: Weight, motion: Motion) -> Weight {
         let on = |ticks: Option<u32>| ticks.map(|ticks| ticks.saturating_add(1));
-        // Nearly always so: the ramp to the generator's angles goes on, or is long over.
-        if motion == Motion::Run && weight.stop.is_none() && weight.hurry.is_none() {
-            return Weight { rise: on(weight.rise), ..weight };
-        }
-        cold_path();
         let mut next = Weight { rise: on(weight.rise), stop: on(weight.stop), hurry: on(weight.hurry) };
         match motion {
             Motion::Rest | Motion::Trim => Weight::default(),
@@ -139,14 +132,6 @@ impl Blend {
     #[must_use]
     pub fn target(&self, weight: Weight, generator: [Radians; Joint::COUNT]) -> [Radians; Joint::COUNT] {
         let mut target = generator;
-        if self.risen(weight) && weight.stop.is_none() && weight.hurry.is_none() {
-            // The weight is 1: what is left of the park pose is a zero of its sign, which makes a zero of the generator's a zero of the same sign.
-            for (angle, park) in target.iter_mut().zip(self.park) {
-                *angle = Radians(angle.0 + park.0 * 0.0);
-            }
-            return target;
-        }
-        cold_path();
         let weight = self.weight(weight);
         for (angle, park) in target.iter_mut().zip(self.park) {
             *angle = Radians(angle.0 * weight + park.0 * (1.0 - weight));

@@ -42,7 +42,7 @@ pub struct NonFinite {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
     joints: [Limits; Joint::COUNT],
-    /// The first `edge_count` are those of the envelope.
+    /// The first `edge_count` make the envelope.
     edges: [Edge; POSE_LIMITS],
     edge_count: usize,
 }
@@ -112,13 +112,13 @@ impl Gate {
         (pose.iter().all(|angle| angle.0.is_finite()) && in_range && in_envelope()).then_some(state)
     }
 
-    /// State at rest in the allowed pose that is next to this one; `None` if an angle is not finite, or there is none.
+    /// State at rest in the allowed pose that is next to this one; `None` if an angle is not finite or no pose near it is allowed.
     #[must_use]
     pub fn rest_near(&self, pose: [Radians; Joint::COUNT]) -> Option<GateState> {
         if pose.iter().any(|angle| !angle.0.is_finite()) {
             return None;
         }
-        let Allowed { goal: mut position, .. } = self.allowed(pose, false);
+        let Allowed { goal: mut position, .. } = self.allowed(pose);
         // A limit in single precision may be some steps beyond it.
         for (position, limits) in position.iter_mut().zip(&self.joints) {
             *position = limits.hold(i64::from(*position));
@@ -142,53 +142,13 @@ impl Gate {
         state: &mut GateState,
         target: [Radians; Joint::COUNT],
     ) -> Result<([Radians; Joint::COUNT], GateStatus), NonFinite> {
-        if self.follow(state, &target) { Ok((target, GateStatus::NONE)) } else { self.limit_each(state, target) }
-    }
-
-    /// Takes the targets as they are where no limit acts: all joints were on their goals, and rate, acceleration, range and envelope allow the
-    /// steps to these, whatever follows. Otherwise, also where more would have to be computed to know, it returns false and changes nothing.
-    fn follow(&self, state: &mut GateState, target: &[Radians; Joint::COUNT]) -> bool {
-        /// More than the sum of four joints in range, rad.
-        const LARGE: f32 = 16.0;
-        // A conversion is 0 for NaN, which a sum finds, and the largest number for infinity, which is out of range.
-        let [a, b, c, d] = target.map(|angle| angle.0);
-        let is_number = ((a + b) + (c + d)).abs() < LARGE;
-        let goal = target.map(|angle| (angle.0 * STEPS) as i32);
-        let mut allowed = is_number;
-        let mut step = [0; Joint::COUNT];
-        for (at, limits) in self.joints.iter().enumerate() {
-            let position = state.position[at & 3];
-            // It may not fit, and is not allowed then; the position is in range.
-            let wanted = goal[at & 3].wrapping_sub(position);
-            step[at & 3] = wanted;
-            allowed = allowed && position == state.goal[at & 3] && limits.allow(position, state.step[at & 3], wanted);
-        }
-        // After the ranges, within which the sums fit.
-        if !allowed || self.edges().iter().any(|edge| edge.sum(&goal) > edge.far_goal) {
-            return false;
-        }
-        *state = GateState { position: goal, step, goal };
-        true
-    }
-
-    /// [`Gate::limit`] for any targets.
-    #[cold]
-    #[inline(never)]
-    fn limit_each(
-        &self,
-        state: &mut GateState,
-        target: [Radians; Joint::COUNT],
-    ) -> Result<([Radians; Joint::COUNT], GateStatus), NonFinite> {
-        // All later steps need finite targets; those in range are.
-        let in_range = self.joints.iter().zip(&target).all(|(limits, angle)| limits.contain(*angle));
-        if !in_range {
-            for (joint, angle) in Joint::ALL.into_iter().zip(target) {
-                if !angle.0.is_finite() {
-                    return Err(NonFinite { joint });
-                }
+        // All later steps need finite targets.
+        for (joint, angle) in Joint::ALL.into_iter().zip(target) {
+            if !angle.0.is_finite() {
+                return Err(NonFinite { joint });
             }
         }
-        let Allowed { mut kept, aimed, goal, mut status } = self.allowed(target, in_range);
+        let Allowed { mut kept, aimed, goal, mut status } = self.allowed(target);
 
         // Rate, acceleration and braking: joint by joint, with the new steps of the joints before it.
         let near = self.near_edges(state);
@@ -241,23 +201,20 @@ impl Gate {
         self.edges.get(..self.edge_count).unwrap_or(&self.edges)
     }
 
-    /// Range and pose envelope of finite targets, which may all be in range already.
-    fn allowed(&self, target: [Radians; Joint::COUNT], in_range: bool) -> Allowed {
+    /// Range and pose envelope of finite targets.
+    fn allowed(&self, target: [Radians; Joint::COUNT]) -> Allowed {
         let mut status = GateStatus::NONE;
 
         // Range.
         let mut kept = target;
-        if !in_range {
-            for (angle, limits) in kept.iter_mut().zip(&self.joints) {
-                let [least, most] = limits.ends;
-                // Compares, since `f32::max` and `f32::min` are calls on this processor.
-                if angle.0 < least {
-                    *angle = Radians(least);
-                    status = status.with(GateStatus::RANGE);
-                } else if angle.0 > most {
-                    *angle = Radians(most);
-                    status = status.with(GateStatus::RANGE);
-                }
+        for (angle, limits) in kept.iter_mut().zip(&self.joints) {
+            let [least, most] = limits.ends;
+            if angle.0 < least {
+                *angle = Radians(least);
+                status = status.with(GateStatus::RANGE);
+            } else if angle.0 > most {
+                *angle = Radians(most);
+                status = status.with(GateStatus::RANGE);
             }
         }
         let aimed = kept.map(|angle| (angle.0 * STEPS) as i32);

@@ -4,7 +4,6 @@
 
 use crate::error::{LoopError, inside};
 use crate::setup::robot::{GateConfig, PoseLimit, PoseSense, anatomy};
-use core::hint::cold_path;
 use core::num::NonZeroU32;
 use joint_units::{Joint, Period, Radians};
 
@@ -37,8 +36,6 @@ pub(crate) struct Edge {
     pub(crate) most: i32,
     /// Up to this sum, the edge bounds no step of its joints: `most` less the clearance of both.
     pub(crate) far: i32,
-    /// Up to this sum of goals, the edge bounds no step within the rate that leads to them: `far` less the rate of both.
-    pub(crate) far_goal: i32,
 }
 
 impl Limits {
@@ -89,27 +86,14 @@ impl Limits {
         Ok(limits)
     }
 
-    /// Whether the angle is in range; no angle is that is not finite.
-    pub(crate) fn contain(&self, angle: Radians) -> bool {
-        let [least, most] = self.ends;
-        angle.0 >= least && angle.0 <= most
-    }
-
     /// Whether rate, acceleration and range allow this step at this position, whatever follows. False also where more than these would have to be
     /// computed to know.
-    #[inline]
     pub(crate) fn allow(&self, position: i32, last: i32, step: i32) -> bool {
-        let is_clear = if step < 0 { position >= self.may_fall } else { position <= self.may_rise };
         if step.unsigned_abs() > self.rate.unsigned_abs() || (step - last).unsigned_abs() > self.acceleration.get() {
-            cold_path();
             return false;
         }
-        if !is_clear {
-            // A walk is seldom so near to an end of a range.
-            cold_path();
-            return self.can_stop(position, step);
-        }
-        true
+        let is_clear = if step < 0 { position >= self.may_fall } else { position <= self.may_rise };
+        is_clear || self.can_stop(position, step)
     }
 
     /// Whether the joint can brake before the end of its range after this step, which is within the rate; false also if it then stops at the end itself.
@@ -154,9 +138,9 @@ fn at_bound(value: f32, least: f32, most: f32) -> f32 {
 }
 
 impl Edge {
-    /// In the place of an edge where there is none.
+    /// Fills the places that the envelope leaves free.
     pub(crate) const NONE: Self =
-        Self { joints: [Joint::LeftHip, Joint::RightHip], sign: 1, most: i32::MAX, far: i32::MAX, far_goal: i32::MAX };
+        Self { joints: [Joint::LeftHip, Joint::RightHip], sign: 1, most: i32::MAX, far: i32::MAX };
 
     pub(crate) fn build(index: usize, limit: &PoseLimit, joints: &[Limits; Joint::COUNT]) -> Result<Self, LoopError> {
         if limit.first == limit.second {
@@ -172,8 +156,7 @@ impl Edge {
         let pair = [limit.first, limit.second];
         let [first, second] = pair.map(|joint| joints[joint as usize & 3]);
         let far = most.saturating_sub(first.clearance).saturating_sub(second.clearance);
-        let far_goal = far.saturating_sub(first.rate).saturating_sub(second.rate);
-        Ok(Self { joints: pair, sign, most, far, far_goal })
+        Ok(Self { joints: pair, sign, most, far })
     }
 
     /// The sum that the edge bounds, in steps. Within the ranges of the joints it is at most 5 rad, so it fits.

@@ -8,7 +8,6 @@
 
 use crate::error::{LoopError, inside};
 use crate::setup::robot::{Direction, JointRange, LONGEST, SHORTEST, ServoConfig};
-use core::hint::cold_path;
 use joint_units::{Joint, PulseMicros, Radians};
 
 impl ServoConfig {
@@ -51,18 +50,8 @@ impl ServoMap {
     #[must_use]
     pub fn pulse(&self, angle: Radians) -> Option<PulseMicros> {
         let micros = self.micros(angle);
-        // Compares, since `f32::max` and `f32::min` are calls on this processor; first what is nearly always so.
-        let kept = if micros >= self.shortest && micros <= self.longest {
-            micros
-        } else {
-            cold_path();
-            if !micros.is_finite() {
-                return None;
-            }
-            if micros < self.shortest { self.shortest } else { self.longest }
-        };
-        // From 500 to 2500. By way of `u32`, which the processor converts to in one instruction.
-        Some(PulseMicros((kept + 0.5) as u32 as u16))
+        // From 500 to 2500. Not `clamp`, which has a panic for limits in the wrong order.
+        micros.is_finite().then(|| PulseMicros((micros.max(self.shortest).min(self.longest) + 0.5) as u16))
     }
 
     /// Pulses of all servos for a pose; `None` if one of its angles is not finite.

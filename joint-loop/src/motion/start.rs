@@ -10,8 +10,6 @@
 //! The supply of the servos comes on with the first pulse. A digital servo starts its processor first, and takes no pulse meanwhile. At its first
 //! one it turns at full speed to where the pulses have gone by then: nowhere, while they are held.
 
-use core::hint::cold_path;
-
 use crate::error::{LoopError, ticks};
 use crate::motion::gate::{Gate, GateState};
 use crate::motion::servo::ServoMap;
@@ -59,7 +57,6 @@ impl Start {
         if pulses {
             *state = StartState { silent: Some(0), on: state.on.saturating_add(elapsed) };
         } else {
-            cold_path();
             let silent = state.silent.map(|silent| silent.saturating_add(elapsed));
             *state = StartState { silent: silent.filter(|silent| *silent <= self.known), on: 0 };
         }

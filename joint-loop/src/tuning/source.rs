@@ -1,10 +1,8 @@
 //! The source of the angles: the board's own generator or a gait by name, each at the set speed, and the ramp from one to the other.
 
-use core::hint::cold_path;
-
 use cpg_core::gait::named::DefaultGait;
-use cpg_core::{Generator, PhasePoint, StateFault};
-use joint_units::{Joint, Radians};
+use cpg_core::{Generator, StateFault};
+use joint_units::{Joint, Phase, Radians};
 
 use crate::tuning::paced::Paced;
 
@@ -15,21 +13,21 @@ struct Named {
     paced: Paced,
 }
 
-/// What moves the joints; `None` is the board's own generator.
+/// The source of the angles; without a gait by name it is the board's own generator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Source {
     own: Paced,
     present: Option<Named>,
-    /// What the ramp leads away from.
+    /// The source that the ramp leaves.
     left: Option<Option<Named>>,
-    /// Phases of what moves the joints, in the last tick and in the one before.
-    points: [PhasePoint; 2],
+    /// Phases of the source, in the last tick and in the one before.
+    phases: [Phase; 2],
 }
 
 impl Source {
     /// The board's own generator.
     pub(crate) fn new(own: &impl Generator<{ Joint::COUNT }>) -> Self {
-        Self { own: Paced::START, present: None, left: None, points: [own.phase_point(); 2] }
+        Self { own: Paced::START, present: None, left: None, phases: [own.phase(); 2] }
     }
 
     /// Changes to a gait at its start, or to the board's own generator. The ramp begins.
@@ -48,21 +46,19 @@ impl Source {
     pub(crate) fn step<G: Generator<{ Joint::COUNT }>>(&mut self, own: &mut G, follows: bool, speed: f32) -> bool {
         let mut sound = self.own.step(own, if follows { 1.0 } else { speed });
         if let Some(Some(named)) = &mut self.left {
-            cold_path();
             sound &= named.paced.step(&mut named.gait, speed);
         }
         if let Some(named) = &mut self.present {
-            cold_path();
             sound &= named.paced.step(&mut named.gait, speed);
         }
-        let point = self.present.as_ref().map_or_else(|| own.phase_point(), |named| named.gait.phase_point());
-        self.points = [point, self.points[0]];
+        let phase = self.present.as_ref().map_or_else(|| own.phase(), |named| named.gait.phase());
+        self.phases = [phase, self.phases[0]];
         sound
     }
 
-    /// Whether the last tick was a phase boundary: the phase of what moves the joints passed zero.
+    /// Whether the last tick was a phase boundary: the phase of the source passed zero.
     pub(crate) fn is_at_boundary(&self) -> bool {
-        let [now, before] = self.points.map(PhasePoint::phase);
+        let [now, before] = self.phases;
         before.0.saturating_sub(now.0) > u32::MAX / 2
     }
 
@@ -74,7 +70,6 @@ impl Source {
         };
         let mut angles = of(&self.present);
         if let Some(left) = &self.left {
-            cold_path();
             for (angle, left) in angles.iter_mut().zip(of(left)) {
                 angle.0 = left.0 + (angle.0 - left.0) * weight;
             }

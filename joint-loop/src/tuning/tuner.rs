@@ -1,7 +1,5 @@
 //! Takes requests, stages settings, and leads the motion to them.
 
-use core::hint::cold_path;
-
 use cpg_core::Generator;
 use cpg_core::gait::named::DefaultGait;
 use joint_units::{Joint, Period, Radians};
@@ -133,14 +131,12 @@ impl Tuner {
     /// Advances the ramp, and brings what is staged into effect where it may.
     fn advance(&mut self, source: &mut Source, tick: u32, moving: bool) {
         if let Some(ticks) = self.ramp {
-            cold_path();
             self.ramp = Some(ticks.saturating_add(1)).filter(|ticks| moving && *ticks < self.ramp_ticks);
         }
         if self.ramp.is_none() {
             source.complete();
         }
         let Some(staged) = &mut self.staged else { return };
-        cold_path();
         staged.waited = staged.waited.saturating_add(1);
         let due = self.ramp.is_none() && (source.is_at_boundary() || staged.waited > self.longest_wait);
         if moving && !due {
@@ -176,12 +172,7 @@ impl Tuner {
         moving: bool,
     ) -> bool {
         self.advance(source, tick, moving);
-        let speed = if self.ramp.is_some() {
-            cold_path();
-            self.present(self.weight()).speed
-        } else {
-            self.effect.speed
-        };
+        let speed = if self.ramp.is_some() { self.present(self.weight()).speed } else { self.effect.speed };
         source.step(own, follows, speed)
     }
 
@@ -190,12 +181,10 @@ impl Tuner {
         let weight = self.weight();
         let angles = source.angles(own, weight);
         if self.ramp.is_some() {
-            cold_path();
             self.present(weight).on(angles, &self.robot.park)
         } else if self.effect.is_none {
             angles
         } else {
-            cold_path();
             self.effect.on(angles, &self.robot.park)
         }
     }

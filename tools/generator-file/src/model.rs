@@ -86,7 +86,8 @@ impl<F: SecondOrder<f64, N> + Copy + Send + Sync + 'static, const N: usize> Mode
     fn advance(&mut self, steps: usize) -> bool {
         let mut sound = true;
         for _ in 0..steps {
-            sound &= self.oscillators.step_and_check().is_ok();
+            self.oscillators.step();
+            sound &= self.oscillators.check().is_ok();
         }
         sound
     }
@@ -184,7 +185,8 @@ impl<G: FlowStates> Model for Single<G> {
     fn advance(&mut self, steps: usize) -> bool {
         let mut sound = true;
         for _ in 0..steps {
-            sound &= self.0.step_and_check().is_ok();
+            self.0.step();
+            sound &= self.0.check().is_ok();
         }
         sound
     }

@@ -135,13 +135,12 @@ fn random_config(random: &mut Random) -> (GateConfig, Period) {
     (config, Period::from_micros(micros).expect("valid"))
 }
 
-/// Random configurations and inputs: sequences of 20 to 80 ticks, more than 10 million in all, each equal to the gate without shortcuts. In more than
-/// a million of them no limit acts while the joints move, so that the targets are taken as they are.
+/// Random configurations and inputs: sequences of 20 to 80 ticks, more than 10 million in all, each equal to the gate without shortcuts.
 #[test]
 fn bounds_hold_for_any_input_sequence() {
     let random = &mut Random(1);
     let mut worst = GateStatus::NONE;
-    let (mut compared, mut taken) = (0, 0);
+    let mut compared = 0;
     for case in 0..225_000 {
         let (config, period) = if case % 2 == 0 { (config(), Period::MILLISECOND) } else { random_config(random) };
         let gate = Gate::build(&config, period).expect("valid");
@@ -173,8 +172,6 @@ fn bounds_hold_for_any_input_sequence() {
                     assert!(wanted.iter().all(|angle| angle.0.is_finite()));
                     worst = worst.with(status);
                     compared += 1;
-                    let mut copy = before;
-                    taken += usize::from(state.step != [0; 4] && gate.follow(&mut copy, &wanted));
                     for (angle, range) in setpoints.iter().zip(&config.range) {
                         assert!(*angle >= range.least && *angle <= range.most, "{angle:?} {range:?}");
                     }
@@ -192,10 +189,7 @@ fn bounds_hold_for_any_input_sequence() {
         assert_brakes(&gate, &state);
     }
     assert_eq!(worst.bits(), 0b1111, "every limit has acted");
-    assert!(
-        compared > 10_000_000 && taken > 1_000_000,
-        "{compared} ticks, {taken} of them with targets that were taken"
-    );
+    assert!(compared > 10_000_000, "{compared} ticks");
 }
 
 /// Margins up to one step, up to many, and of whole ranges.
@@ -458,13 +452,13 @@ fn a_target_on_the_edge_of_the_envelope_is_inside() {
     for edge in gate.edges() {
         let [first, second] = edge.joints.map(|joint| joint as usize);
         let mut position = park(&gate).position;
-        // Half of the sum each: inside both ranges.
-        position[first] = edge.most / 2;
-        position[second] = (edge.most - position[first]) * edge.sign;
+        // Half of the sum each, as far as the range of the second joint allows.
+        position[second] = gate.joints[second].hold(i64::from(edge.most / 2 * edge.sign));
+        position[first] = edge.most - edge.sign * position[second];
         for (beyond, status) in [(0, GateStatus::NONE), (32, GateStatus::POSE)] {
             position[first] += beyond;
             let target = position.map(|position| Radians(position as f32 / STEPS));
-            let allowed = gate.allowed(target, true);
+            let allowed = gate.allowed(target);
             assert_eq!(allowed.aimed, position, "exact in single precision");
             assert_eq!((allowed.status, allowed.goal == position), (status, beyond == 0), "{edge:?}");
         }

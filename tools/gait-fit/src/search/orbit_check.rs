@@ -87,7 +87,8 @@ fn alone(mut net: Net, stride: usize) -> Result<States, String> {
     }
     let mut states = vec![net.state()];
     for _ in 0..Turn::steps(stride) {
-        net.step_and_check().map_err(|_| no_orbit())?;
+        net.step();
+        net.check().map_err(|_| no_orbit())?;
         states.push(net.state());
     }
     Ok(states)
@@ -124,7 +125,10 @@ fn settle(net: &mut Net, steps: usize) {
 
 /// Advances by `steps`; false if a state reaches its bound or is NaN.
 fn stays_inside(net: &mut Net, steps: usize) -> bool {
-    (0..steps).all(|_| net.step_and_check().is_ok())
+    (0..steps).all(|_| {
+        net.step();
+        net.check().is_ok()
+    })
 }
 
 /// One period of an orbit.

@@ -130,10 +130,14 @@ mod tests {
     /// The same by the core; `None` if it comes to a bound.
     fn alone(one: &Built, steps: usize, recorded: usize) -> Option<States> {
         let mut net = one.net;
-        (0..steps).try_for_each(|_| net.step_and_check()).ok()?;
+        for _ in 0..steps {
+            net.step();
+            net.check().ok()?;
+        }
         let mut states = vec![net.state()];
         for _ in 0..recorded {
-            net.step_and_check().ok()?;
+            net.step();
+            net.check().ok()?;
             states.push(net.state());
         }
         Some(states)
