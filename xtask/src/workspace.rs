@@ -232,6 +232,12 @@ impl Workspace {
         })
     }
 
+    /// An example firmware, with options that choose it.
+    pub(crate) fn example(&self, program: &'static [&'static str; 1], options: &[&str]) -> Result<PathBuf> {
+        let cargo = self.thumb_build("bare-metal-example", &[&["--bin", program[0]], options].concat())?;
+        one_program(Build { label: program[0], cargo, executables: program })
+    }
+
     /// The program that plays changes of gait, for the board.
     pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
         one_program(Build {

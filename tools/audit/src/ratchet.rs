@@ -57,6 +57,9 @@ pub struct Baseline {
     pub compiler: String,
     /// By name.
     pub ratchets: BTreeMap<String, Entry>,
+    /// Those that a test measures and compares, by name.
+    #[serde(default)]
+    pub in_tests: BTreeMap<String, Entry>,
 }
 
 /// How a number compares.
@@ -144,7 +147,7 @@ impl Baseline {
     pub fn control(all: &[Measured], compiler: &str) -> Result<()> {
         let entry = |value| Entry { value, margin_percent: 0, reason: String::new() };
         let ratchets = all.iter().map(|measured| (measured.name.clone(), entry(measured.value))).collect();
-        let even = Self { compiler: compiler.to_owned(), ratchets };
+        let even = Self { compiler: compiler.to_owned(), ratchets, in_tests: BTreeMap::new() };
         for (index, measured) in all.iter().enumerate() {
             let mut lowered = even.clone();
             let mut now = all.to_vec();

@@ -5,6 +5,9 @@ use std::fmt::{self, Display, Formatter, Write as _};
 
 use serde_json::Value;
 
+/// The states of most faults; the table has their number in their place.
+const USUAL: &str = "disarmed, arming, walking, stopping, fault, trim ready, trimming, following";
+
 /// What came of the faults: those of one register or one part of the memory together.
 #[derive(Debug, Default)]
 pub(super) struct Table {
@@ -133,13 +136,15 @@ impl Table {
     /// The rows.
     pub(super) fn rows(&self) -> String {
         let ms = |us: Option<f64>| us.map_or_else(|| "-".to_owned(), |us| format!("{:.1}", us * 1e-3));
-        let mut text = "| fault | states | cases | wrong | reactions | outputs off, ms | reset, ms |\n|---|---|---|---|---|---|---|\n".to_owned();
+        let mut text = format!("States `8`: {USUAL}.\n\n");
+        text += "| fault | states | cases | wrong | reactions | outputs off, ms | reset, ms |\n|---|---|---|---|---|---|---|\n";
         for Row { name, states, cases, wrong, reactions, pulses_alone, off_us, reset_us, .. } in &self.rows {
             let mut reactions: Vec<String> = reactions.iter().map(|(word, count)| format!("{word} {count}")).collect();
             if *pulses_alone > 0 {
                 reactions.insert(0, "none declared:".to_owned());
             }
             let (states, reactions) = (states.join(", "), reactions.join(" "));
+            let states = if states == USUAL { "8" } else { &states };
             // Writing to a string does not fail.
             let _ = writeln!(
                 text,

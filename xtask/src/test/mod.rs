@@ -7,6 +7,7 @@ mod audits;
 mod beside;
 mod controls;
 mod counts;
+mod example;
 mod judged;
 mod pico;
 mod processor;

@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::audits;
 use super::counts::{self, Counts};
+use super::example;
 use super::judged::{self, Judged};
 use super::pico;
 use super::programs;
@@ -106,10 +107,10 @@ pub(super) const STEPS: [Step; 26] = [
     },
     Step {
         name: "example",
-        claim: "a firmware of one's own compiles with cpg-core",
+        claim: "a firmware of one's own compiles with the cores: on bare registers, and with embassy, which walks on the virtual board",
         needs: &[Need::BoardCompiler],
         uses: &[],
-        run: example_firmware,
+        run: example::firmwares,
     },
     Step {
         name: "panic-free",
@@ -284,12 +285,6 @@ fn forget_unpacked_cores() -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn example_firmware(state: &State) -> Result<String> {
-    let mut build = state.workspace.thumb_build("bare-metal-example", &[])?;
-    shell::must_succeed(&mut build, "building the example for the board")?;
-    Ok(String::new())
 }
 
 /// The host has a standard library, 64 bits and every atomic operation; the smallest chip has none of them. The images and the panic-free proof
