@@ -150,7 +150,7 @@ pub(crate) enum Toolchain {
 }
 
 /// Debian's packages for the second method: one version of compiler, cargo and library source, and the linker.
-pub(crate) const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-22"];
+pub(crate) const DEBIAN_PACKAGES: &str = "rustc-web cargo-web rust-web-src lld-22";
 /// Its target folder, below that of the workspace.
 const DEBIAN_TARGET_DIR: &str = "thumb-debian";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
@@ -269,14 +269,10 @@ fn rustup_add(target: &str) -> Result<()> {
     Ok(())
 }
 
-/// The packages of the second method if one is absent or they are not of one version; empty if all are as they should be.
-pub(crate) fn missing_debian_packages() -> Vec<&'static str> {
-    let versions = DEBIAN_PACKAGES.map(shell::debian_version);
-    if versions.iter().all(Option::is_some) && one_version(&versions[..3]) {
-        return Vec::new();
-    }
-    // Installing all of them brings them to one version, that of the archive.
-    DEBIAN_PACKAGES.to_vec()
+/// Whether all packages of the second method are here, the first three of one version. Installing all of them brings them to that of the archive.
+pub(crate) fn has_debian_packages() -> bool {
+    let versions: Vec<Option<String>> = DEBIAN_PACKAGES.split(' ').map(shell::debian_version).collect();
+    versions.iter().all(Option::is_some) && one_version(&versions[..3])
 }
 
 fn one_version(versions: &[Option<String>]) -> bool {
@@ -295,8 +291,7 @@ fn check_debian(release: &str, source: &str, minimum: &str) -> Result<(), String
     if !source.ends_with(&format!("rustc-{release}")) {
         return Err(format!(
             "Debian's compiler is {release} but its library source is in {source}: bring them to one version with \
-             `apt-get install {}`",
-            DEBIAN_PACKAGES.join(" ")
+             `apt-get install {DEBIAN_PACKAGES}`"
         ));
     }
     let number = |version: &str| {
@@ -306,8 +301,7 @@ fn check_debian(release: &str, source: &str, minimum: &str) -> Result<(), String
     if number(release) < number(minimum) {
         return Err(format!(
             "Debian's rustc-web is {release}, Footfall needs {minimum} or newer: enable Debian's security archive, then \
-             `apt-get update` and `apt-get install {}`",
-            DEBIAN_PACKAGES.join(" ")
+             `apt-get update` and `apt-get install {DEBIAN_PACKAGES}`"
         ));
     }
     Ok(())

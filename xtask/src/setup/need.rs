@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use super::tool::{
-    CHROMIUM_TOOLS, CPP_TOOLS, DEBUGGER_TOOLS, NODE_TOOLS, PYTHON_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS,
-};
+use super::tool::{CPP_TOOLS, DEBUGGER_TOOLS, NODE_TOOLS, PYTHON_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS};
 
 /// The variable that makes needs required: their names with commas between them, or `all`.
 pub(crate) const REQUIRE: &str = "FOOTFALL_REQUIRE";
@@ -27,8 +25,6 @@ pub(crate) enum Need {
     Terminal,
     /// JavaScript outside a browser.
     Node,
-    /// A browser without a screen.
-    Chromium,
     /// Python with virtual environments.
     Python,
     /// A compiler of C++.
@@ -39,20 +35,19 @@ pub(crate) enum Need {
 
 impl Need {
     /// Every need.
-    pub(crate) const ALL: [Need; 9] = [
+    pub(crate) const ALL: [Need; 8] = [
         Need::BoardCompiler,
         Need::VirtualBoard,
         Need::Traces,
         Need::Terminal,
         Need::Node,
-        Need::Chromium,
         Need::Python,
         Need::Cpp,
         Need::Probe,
     ];
 
     /// The groups of optional tools that `cargo xtask setup --with GROUP` installs.
-    pub(crate) const GROUPS: [Need; 5] = [Need::Node, Need::Chromium, Need::Python, Need::Cpp, Need::Probe];
+    pub(crate) const GROUPS: [Need; 4] = [Need::Node, Need::Python, Need::Cpp, Need::Probe];
 
     /// The name in `FOOTFALL_REQUIRE` and `--with`.
     pub(crate) fn name(self) -> &'static str {
@@ -62,7 +57,6 @@ impl Need {
             Need::Traces => "traces",
             Need::Terminal => "terminal",
             Need::Node => "node",
-            Need::Chromium => "chromium",
             Need::Python => "python",
             Need::Cpp => "c++",
             Need::Probe => "probe",
@@ -86,7 +80,6 @@ impl Need {
             Need::VirtualBoard => &UNICORN_TOOLS,
             Need::Terminal => &TERMINAL_TOOLS,
             Need::Node => &NODE_TOOLS,
-            Need::Chromium => &CHROMIUM_TOOLS,
             Need::Python => &PYTHON_TOOLS,
             Need::Cpp => &CPP_TOOLS,
             Need::Probe => &DEBUGGER_TOOLS,
@@ -169,7 +162,7 @@ mod tests {
         let message = Required::parse("node,ndoe").unwrap_err().to_string();
         assert!(message.contains("`ndoe`"), "{message}");
         assert!(message.contains(
-            "allowed: board-compiler, virtual-board, traces, terminal, node, chromium, python, c++, probe, all"
+            "allowed: board-compiler, virtual-board, traces, terminal, node, python, c++, probe, all"
         ));
     }
 
@@ -185,7 +178,7 @@ mod tests {
     fn only_tests_with_an_image_must_run_it() {
         let required = Required::parse("all").unwrap();
         assert!(required.for_tests(true).contains("virtual-board"));
-        assert_eq!(required.for_tests(false), "board-compiler,traces,terminal,node,chromium");
+        assert_eq!(required.for_tests(false), "board-compiler,traces,terminal,node");
         assert_eq!(Required::default().for_tests(true), "virtual-board");
         assert_eq!(Required::default().for_tests(false), "");
     }

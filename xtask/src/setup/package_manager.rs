@@ -7,61 +7,36 @@ use crate::shell;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PackageManager {
     Apt,
-    Homebrew,
     Dnf,
     Pacman,
     Zypper,
+    Homebrew,
     Winget,
 }
 
 impl PackageManager {
-    /// In the order in which they are looked for.
-    const ALL: [PackageManager; 6] = [Self::Apt, Self::Dnf, Self::Pacman, Self::Zypper, Self::Homebrew, Self::Winget];
+    /// In the order in which they are looked for, and in which a tool has its packages: each with its program, and the command that a user types,
+    /// without the names of the packages.
+    const ALL: [(PackageManager, &'static str, &'static str); 6] = [
+        (Self::Apt, "apt-get", "sudo apt-get install --no-install-recommends"),
+        (Self::Dnf, "dnf", "sudo dnf install"),
+        (Self::Pacman, "pacman", "sudo pacman -S --needed"),
+        (Self::Zypper, "zypper", "sudo zypper install"),
+        (Self::Homebrew, "brew", "brew install"),
+        (Self::Winget, "winget", "winget install"),
+    ];
 
     /// The package manager of this system: the first one on PATH.
     pub(crate) fn find() -> Option<PackageManager> {
-        Self::ALL.into_iter().find(|manager| shell::on_path(manager.program()).is_some())
-    }
-
-    fn program(self) -> &'static str {
-        match self {
-            Self::Apt => "apt-get",
-            Self::Homebrew => "brew",
-            Self::Dnf => "dnf",
-            Self::Pacman => "pacman",
-            Self::Zypper => "zypper",
-            Self::Winget => "winget",
-        }
-    }
-
-    /// The command that a user types, without the names of the packages.
-    fn install_command(self) -> &'static str {
-        match self {
-            Self::Apt => "sudo apt-get install --no-install-recommends",
-            Self::Homebrew => "brew install",
-            Self::Dnf => "sudo dnf install",
-            Self::Pacman => "sudo pacman -S --needed",
-            Self::Zypper => "sudo zypper install",
-            Self::Winget => "winget install",
-        }
+        Self::ALL.into_iter().find(|(_, program, _)| shell::on_path(program).is_some()).map(|(manager, ..)| manager)
     }
 
     /// The packages that contain these tools, each once.
     pub(crate) fn packages(self, tools: &[Tool]) -> Vec<&'static str> {
         let mut packages: Vec<&'static str> = Vec::new();
-        for tool in tools {
-            let of_tool = match self {
-                Self::Apt => tool.packages.apt,
-                Self::Homebrew => tool.packages.homebrew,
-                Self::Dnf => tool.packages.dnf,
-                Self::Pacman => tool.packages.pacman,
-                Self::Zypper => tool.packages.zypper,
-                Self::Winget => tool.packages.winget,
-            };
-            for package in of_tool {
-                if !packages.contains(package) {
-                    packages.push(package);
-                }
+        for package in tools.iter().flat_map(|tool| tool.packages[self as usize].split_whitespace()) {
+            if !packages.contains(&package) {
+                packages.push(package);
             }
         }
         packages
@@ -70,19 +45,19 @@ impl PackageManager {
     /// The command that installs these tools; `None` if the package manager has no package for any of them.
     pub(crate) fn command(self, tools: &[Tool]) -> Option<String> {
         let packages = self.packages(tools);
-        (!packages.is_empty()).then(|| format!("{} {}", self.install_command(), packages.join(" ")))
+        (!packages.is_empty()).then(|| format!("{} {}", Self::ALL[self as usize].2, packages.join(" ")))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tool::{CHROMIUM_TOOLS, DEBIAN_COMPILER, NODE_TOOLS, PYTHON_TOOLS, UNICORN_TOOLS};
+    use super::super::tool::{DEBIAN_COMPILER, NODE_TOOLS, PYTHON_TOOLS, UNICORN_TOOLS};
     use super::*;
 
     #[test]
     fn every_system_has_its_own_command() {
         use PackageManager::{Apt, Dnf, Homebrew, Pacman, Winget, Zypper};
-        let table: [(PackageManager, &[Tool], &str); 18] = [
+        let table: [(PackageManager, &[Tool], &str); 15] = [
             (
                 Apt,
                 &UNICORN_TOOLS,
@@ -102,9 +77,6 @@ mod tests {
             (Dnf, &NODE_TOOLS, "sudo dnf install nodejs nodejs-npm"),
             (Pacman, &NODE_TOOLS, "sudo pacman -S --needed nodejs npm"),
             (Winget, &NODE_TOOLS, "winget install OpenJS.NodeJS.LTS"),
-            (Apt, &CHROMIUM_TOOLS, "sudo apt-get install --no-install-recommends chromium"),
-            (Homebrew, &CHROMIUM_TOOLS, "brew install google-chrome"),
-            (Winget, &CHROMIUM_TOOLS, "winget install Google.Chrome"),
             (Apt, &PYTHON_TOOLS, "sudo apt-get install --no-install-recommends python3 python3-venv"),
             (Homebrew, &PYTHON_TOOLS, "brew install python"),
             (Pacman, &PYTHON_TOOLS, "sudo pacman -S --needed python python-pip"),
@@ -126,10 +98,9 @@ mod tests {
     }
 
     #[test]
-    fn programs_differ() {
-        let mut programs = PackageManager::ALL.map(PackageManager::program).to_vec();
-        programs.sort_unstable();
-        programs.dedup();
-        assert_eq!(programs.len(), PackageManager::ALL.len());
+    fn each_manager_stands_in_its_place() {
+        for (place, (manager, ..)) in PackageManager::ALL.into_iter().enumerate() {
+            assert_eq!(manager as usize, place, "{manager:?}");
+        }
     }
 }

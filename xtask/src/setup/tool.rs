@@ -14,8 +14,9 @@ pub(crate) struct Tool {
     pub(crate) purpose: &'static str,
     /// Whether it is on this computer.
     pub(crate) is_present: fn() -> bool,
-    /// The packages that contain it.
-    pub(crate) packages: Packages,
+    /// The packages that contain it, with spaces between them: for apt, dnf, pacman, zypper, Homebrew, winget. Empty if there is no such package, or the
+    /// tool is not needed on that system.
+    pub(crate) packages: [&'static str; 6],
 }
 
 impl std::fmt::Debug for Tool {
@@ -24,223 +25,111 @@ impl std::fmt::Debug for Tool {
     }
 }
 
-/// Names of the packages for each package manager; empty if there is no such package or the tool is not needed on that system.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Packages {
-    pub(crate) apt: &'static [&'static str],
-    pub(crate) homebrew: &'static [&'static str],
-    pub(crate) dnf: &'static [&'static str],
-    pub(crate) pacman: &'static [&'static str],
-    pub(crate) zypper: &'static [&'static str],
-    pub(crate) winget: &'static [&'static str],
+const fn tool(
+    name: &'static str,
+    purpose: &'static str,
+    packages: [&'static str; 6],
+    is_present: fn() -> bool,
+) -> Tool {
+    Tool { name, purpose, is_present, packages }
 }
 
 /// Debian's compiler, cargo, library source and linker.
-pub(crate) const DEBIAN_COMPILER: Tool = Tool {
-    name: "Debian's compiler for the board",
-    purpose: "its rustc, cargo, library source (all of one version) and linker build the firmware",
-    is_present: || toolchain::missing_debian_packages().is_empty(),
-    packages: Packages {
-        apt: &toolchain::DEBIAN_PACKAGES,
-        homebrew: &[],
-        dnf: &[],
-        pacman: &[],
-        zypper: &[],
-        winget: &[],
-    },
-};
+pub(crate) const DEBIAN_COMPILER: Tool = tool(
+    "Debian's compiler for the board",
+    "its rustc, cargo, library source (all of one version) and linker build the firmware",
+    [toolchain::DEBIAN_PACKAGES, "", "", "", "", ""],
+    toolchain::has_debian_packages,
+);
 
 /// Tools that build Unicorn, the processor emulator of the virtual board. Its build script runs QEMU's `configure`, which needs `pkg-config`, and then
 /// cmake; the Rust binding is generated with libclang.
 pub(crate) const UNICORN_TOOLS: [Tool; 5] = [
-    Tool {
-        name: "C compiler",
-        purpose: "compiles Unicorn, the processor emulator of the virtual board",
-        is_present: || std::env::var_os("CC").is_some() || any_on_path(&["cc", "gcc", "clang", "cl"]) || cfg!(windows),
-        packages: Packages {
-            apt: &["gcc", "libc6-dev"],
-            homebrew: &["gcc"],
-            dnf: &["gcc"],
-            pacman: &["gcc"],
-            zypper: &["gcc"],
-            winget: &["Microsoft.VisualStudio.2022.BuildTools"],
-        },
-    },
-    Tool {
-        name: "cmake",
-        purpose: "configures the build of Unicorn",
-        is_present: || std::env::var_os("CMAKE").is_some() || any_on_path(&["cmake"]),
-        packages: Packages {
-            apt: &["cmake"],
-            homebrew: &["cmake"],
-            dnf: &["cmake"],
-            pacman: &["cmake"],
-            zypper: &["cmake"],
-            winget: &["Kitware.CMake"],
-        },
-    },
-    Tool {
-        name: "make or ninja",
-        purpose: "runs the build of Unicorn",
-        is_present: || any_on_path(&["make", "ninja"]) || cfg!(windows),
-        packages: Packages {
-            apt: &["make"],
-            homebrew: &["make"],
-            dnf: &["make"],
-            pacman: &["make"],
-            zypper: &["make"],
-            winget: &["Ninja-build.Ninja"],
-        },
-    },
-    Tool {
-        name: "pkg-config",
-        purpose: "Unicorn's configure script stops without it",
-        is_present: || std::env::var_os("PKG_CONFIG").is_some() || any_on_path(&["pkg-config"]) || cfg!(windows),
-        packages: Packages {
-            apt: &["pkg-config"],
-            homebrew: &["pkgconf"],
-            dnf: &["pkgconf-pkg-config"],
-            pacman: &["pkgconf"],
-            zypper: &["pkgconf-pkg-config"],
-            winget: &[],
-        },
-    },
-    Tool {
-        name: "libclang with its headers",
-        purpose: "generates the Rust binding to Unicorn",
-        is_present: has_libclang,
-        packages: Packages {
-            apt: &["libclang-dev"],
-            homebrew: &["llvm"],
-            dnf: &["clang-devel"],
-            pacman: &["clang"],
-            zypper: &["clang-devel"],
-            winget: &["LLVM.LLVM"],
-        },
-    },
+    tool(
+        "C compiler",
+        "compiles Unicorn, the processor emulator of the virtual board",
+        ["gcc libc6-dev", "gcc", "gcc", "gcc", "gcc", "Microsoft.VisualStudio.2022.BuildTools"],
+        || std::env::var_os("CC").is_some() || any_on_path(&["cc", "gcc", "clang", "cl"]) || cfg!(windows),
+    ),
+    tool(
+        "cmake",
+        "configures the build of Unicorn",
+        ["cmake", "cmake", "cmake", "cmake", "cmake", "Kitware.CMake"],
+        || std::env::var_os("CMAKE").is_some() || any_on_path(&["cmake"]),
+    ),
+    tool(
+        "make or ninja",
+        "runs the build of Unicorn",
+        ["make", "make", "make", "make", "make", "Ninja-build.Ninja"],
+        || any_on_path(&["make", "ninja"]) || cfg!(windows),
+    ),
+    tool(
+        "pkg-config",
+        "Unicorn's configure script stops without it",
+        ["pkg-config", "pkgconf-pkg-config", "pkgconf", "pkgconf-pkg-config", "pkgconf", ""],
+        || std::env::var_os("PKG_CONFIG").is_some() || any_on_path(&["pkg-config"]) || cfg!(windows),
+    ),
+    tool(
+        "libclang with its headers",
+        "generates the Rust binding to Unicorn",
+        ["libclang-dev", "clang-devel", "clang", "clang-devel", "llvm", "LLVM.LLVM"],
+        has_libclang,
+    ),
 ];
 
 /// A terminal for tests. Other systems have a `script` with other options.
-pub(crate) const TERMINAL_TOOLS: [Tool; 1] = [Tool {
-    name: "script of util-linux",
-    purpose: "makes a terminal for the tests of programs that ask for keys",
-    is_present: || {
-        shell::stdout_of(shell::command("script").arg("--version")).is_ok_and(|text| text.contains("util-linux"))
-    },
-    packages: Packages {
-        apt: &["bsdutils"],
-        homebrew: &[],
-        dnf: &["util-linux"],
-        pacman: &["util-linux"],
-        zypper: &["util-linux"],
-        winget: &[],
-    },
-}];
+pub(crate) const TERMINAL_TOOLS: [Tool; 1] = [tool(
+    "script of util-linux",
+    "makes a terminal for the tests of programs that ask for keys",
+    ["bsdutils", "util-linux", "util-linux", "util-linux", "", ""],
+    || shell::stdout_of(shell::command("script").arg("--version")).is_ok_and(|text| text.contains("util-linux")),
+)];
 
 /// JavaScript outside a browser.
 pub(crate) const NODE_TOOLS: [Tool; 2] = [
-    Tool {
-        name: "node",
-        purpose: "runs JavaScript programs",
-        is_present: || any_on_path(&["node"]),
-        packages: Packages {
-            apt: &["nodejs"],
-            homebrew: &["node"],
-            dnf: &["nodejs"],
-            pacman: &["nodejs"],
-            zypper: &["nodejs"],
-            winget: &["OpenJS.NodeJS.LTS"],
-        },
-    },
-    Tool {
-        name: "npm",
-        purpose: "installs JavaScript packages",
-        is_present: || any_on_path(&["npm"]),
-        packages: Packages {
-            apt: &["npm"],
-            homebrew: &["node"],
-            dnf: &["nodejs-npm"],
-            pacman: &["npm"],
-            zypper: &["npm"],
-            winget: &["OpenJS.NodeJS.LTS"],
-        },
-    },
+    tool(
+        "node",
+        "runs JavaScript programs",
+        ["nodejs", "nodejs", "nodejs", "nodejs", "node", "OpenJS.NodeJS.LTS"],
+        || any_on_path(&["node"]),
+    ),
+    tool(
+        "npm",
+        "installs JavaScript packages",
+        ["npm", "nodejs-npm", "npm", "npm", "node", "OpenJS.NodeJS.LTS"],
+        || any_on_path(&["npm"]),
+    ),
 ];
-
-/// A browser that runs without a screen.
-pub(crate) const CHROMIUM_TOOLS: [Tool; 1] = [Tool {
-    name: "Chromium or Chrome",
-    purpose: "shows web pages without a screen",
-    is_present: || any_on_path(&["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"]),
-    packages: Packages {
-        apt: &["chromium"],
-        homebrew: &["google-chrome"],
-        dnf: &["chromium"],
-        pacman: &["chromium"],
-        zypper: &["chromium"],
-        winget: &["Google.Chrome"],
-    },
-}];
 
 /// Python, with the modules for virtual environments.
 pub(crate) const PYTHON_TOOLS: [Tool; 2] = [
-    Tool {
-        name: "python3",
-        purpose: "runs Python programs",
-        is_present: || any_on_path(&["python3"]),
-        packages: Packages {
-            apt: &["python3"],
-            homebrew: &["python"],
-            dnf: &["python3"],
-            pacman: &["python"],
-            zypper: &["python3"],
-            winget: &["Python.Python.3.13"],
-        },
-    },
-    Tool {
-        name: "Python's venv and pip",
-        purpose: "install Python packages into a folder of their own",
-        is_present: || shell::stdout_of(shell::command("python3").args(["-c", "import venv, ensurepip"])).is_ok(),
-        packages: Packages {
-            apt: &["python3-venv"],
-            homebrew: &["python"],
-            dnf: &["python3-pip"],
-            pacman: &["python-pip"],
-            zypper: &["python3-pip"],
-            winget: &["Python.Python.3.13"],
-        },
-    },
+    tool(
+        "python3",
+        "runs Python programs",
+        ["python3", "python3", "python", "python3", "python", "Python.Python.3.13"],
+        || any_on_path(&["python3"]),
+    ),
+    tool(
+        "Python's venv and pip",
+        "install Python packages into a folder of their own",
+        ["python3-venv", "python3-pip", "python-pip", "python3-pip", "python", "Python.Python.3.13"],
+        || shell::stdout_of(shell::command("python3").args(["-c", "import venv, ensurepip"])).is_ok(),
+    ),
 ];
 
 /// A debugger that knows the board's processor.
-pub(crate) const DEBUGGER_TOOLS: [Tool; 1] = [Tool {
-    name: "gdb-multiarch",
-    purpose: "debugs the flashed image through probe-rs",
-    is_present: || any_on_path(&["gdb-multiarch", "arm-none-eabi-gdb"]),
-    packages: Packages {
-        apt: &["gdb-multiarch"],
-        homebrew: &["arm-none-eabi-gdb"],
-        dnf: &[],
-        pacman: &["arm-none-eabi-gdb"],
-        zypper: &[],
-        winget: &["Arm.GnuArmEmbeddedToolchain"],
-    },
-}];
+pub(crate) const DEBUGGER_TOOLS: [Tool; 1] = [tool(
+    "gdb-multiarch",
+    "debugs the flashed image through probe-rs",
+    ["gdb-multiarch", "", "arm-none-eabi-gdb", "", "arm-none-eabi-gdb", "Arm.GnuArmEmbeddedToolchain"],
+    || any_on_path(&["gdb-multiarch", "arm-none-eabi-gdb"]),
+)];
 
 /// A compiler of C++. One of C is there with Rust, which links with it.
-pub(crate) const CPP_TOOLS: [Tool; 1] = [Tool {
-    name: "c++",
-    purpose: "compiles the example in C++",
-    is_present: || any_on_path(&["c++"]),
-    packages: Packages {
-        apt: &["g++"],
-        homebrew: &["gcc"],
-        dnf: &["gcc-c++"],
-        pacman: &["gcc"],
-        zypper: &["gcc-c++"],
-        winget: &[],
-    },
-}];
+pub(crate) const CPP_TOOLS: [Tool; 1] =
+    [tool("c++", "compiles the example in C++", ["g++", "gcc-c++", "gcc", "gcc-c++", "gcc", ""], || {
+        any_on_path(&["c++"])
+    })];
 
 fn any_on_path(names: &[&str]) -> bool {
     names.iter().any(|name| shell::on_path(name).is_some())
