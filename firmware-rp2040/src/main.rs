@@ -83,6 +83,9 @@ mod servo_rail;
 #[path = "../../firmware-shared/program/stack.rs"]
 mod stack;
 #[cfg(target_os = "none")]
+#[path = "../../firmware-shared/program/start.rs"]
+mod start;
+#[cfg(target_os = "none")]
 mod stopwatch;
 #[cfg(target_os = "none")]
 mod sync_input;

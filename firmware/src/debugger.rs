@@ -1,6 +1,7 @@
 //! Whether a debugger is attached to the core. It may halt it at any time: then the last pulses go on until the watchdog resets the board.
 
 use cortex_m::peripheral::DCB;
+use embassy_stm32::pac::DBGMCU;
 use joint_loop::Debugger;
 
 use crate::variant::DEBUGGER_REFUSED;
@@ -27,4 +28,9 @@ pub(crate) fn catches() -> bool {
     // SAFETY: as above.
     let (dhcsr, demcr) = unsafe { ((*DCB::PTR).dhcsr.read(), (*DCB::PTR).demcr.read()) };
     dhcsr & C_DEBUGEN != 0 && demcr & CATCHES != 0
+}
+
+/// The debug clock stays on in sleep, so that a probe can read the log of a board that stays off.
+pub(crate) fn keep_log_readable() {
+    DBGMCU.cr().modify(|w| w.set_dbg_sleep(true));
 }

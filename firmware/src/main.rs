@@ -56,6 +56,8 @@ mod servo_pwm;
 mod servo_rail;
 #[path = "../../firmware-shared/program/stack.rs"]
 mod stack;
+#[path = "../../firmware-shared/program/start.rs"]
+mod start;
 mod stopwatch;
 mod sync_input;
 #[path = "../../firmware-shared/program/tasks/mod.rs"]
@@ -71,42 +73,27 @@ use firmware::{board, timing};
 
 #[cfg(target_os = "none")]
 mod boot {
-    use embassy_executor::{Executor, SpawnError, SpawnToken};
+    use embassy_executor::Executor;
     use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-    use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
     use firmware::board::{BOARD, OtherChip};
     use firmware::crystal::HseFault;
     use firmware::interrupts::{BLOCK_END, BREAK, EDGE, Enabled, TASK_CLOCK, TICK};
-    use firmware_shared::lamp::Shown;
-    use firmware_shared::licence::Licence;
-    use firmware_shared::pacing::Pacer;
-    use firmware_shared::pulse_check::PulseCheck;
-    use heapless::spsc::Queue;
-    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_at};
-    use joint_loop::tuning::{Answer, Request, Settings};
-    use joint_loop::{Cause, Conditions, Frame, SENSORS, Sample, SupervisorState};
     use joint_units::AdcCode;
-    use static_cell::{ConstStaticCell, StaticCell};
-    use wire::{Boot, Change, Edge, Inputs, Record, Subject, Unframer};
+    use static_cell::StaticCell;
+    use wire::Subject;
 
     use crate::environment::Environment;
     use crate::faults::LastRun;
-    use crate::guards;
     use crate::pins::PinRegisters;
-    use crate::program::ProgramCheck;
-    use crate::requests::{REQUESTS_QUEUED, Requests};
-    use crate::serial;
+    use crate::requests::Requests;
     use crate::servo_pwm::{self, Outputs};
-    use crate::tasks::control::{
-        self, CHANGES_QUEUED, CONDITIONS_QUEUED, Control, EDGES_QUEUED, FIRST_RECORD, FRAMES_QUEUED, RECORDS_QUEUED,
-        SAMPLES_QUEUED, TICKS_A_FRAME,
-    };
-    use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
-    use crate::tasks::watchdog as reloading;
-    use crate::variant::SENSOR_REQUIRED;
+    use crate::start::Built;
+    use crate::tasks::control::{self, Control};
+    use crate::tasks::telemetry::{self, Telemetry};
+    use crate::tasks::{queues, watchdog as reloading};
     use crate::{
-        chip, clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock,
+        chip, clocks, faults, lamps, sampling, serial, start, stopwatch, sync_input, watchdog, watchdog_clock,
     };
 
     /// The ticks. No I2C driver is in this firmware; every chip of the family has this interrupt.
@@ -115,43 +102,16 @@ mod boot {
         control::on_interrupt();
     }
 
-    /// The queues between the tasks.
-    struct Queues {
-        samples: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED>,
-        frames: Queue<Frame<SENSORS>, FRAMES_QUEUED>,
-        changes: Queue<Change, CHANGES_QUEUED>,
-        edges: Queue<Edge, EDGES_QUEUED>,
-        records: Queue<Frame<SENSORS>, RECORDS_QUEUED>,
-        requests: Queue<Request, REQUESTS_QUEUED>,
-        answers: Queue<Answer, REQUESTS_QUEUED>,
-        settings: Queue<(u32, Settings), REQUESTS_QUEUED>,
-        conditions: Queue<Conditions<SENSORS>, CONDITIONS_QUEUED>,
-    }
-
-    // What the tasks use is in statics, because `main` never returns: what is on its stack stays there.
-    static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
-    static LOOP: StaticCell<BoardLoop> = StaticCell::new();
     static CONTROL: StaticCell<Control> = StaticCell::new();
     static TELEMETRY: StaticCell<Telemetry> = StaticCell::new();
     static THREAD: StaticCell<Executor> = StaticCell::new();
-    static QUEUES: ConstStaticCell<Queues> = ConstStaticCell::new(Queues {
-        samples: Queue::new(),
-        frames: Queue::new(),
-        changes: Queue::new(),
-        edges: Queue::new(),
-        records: Queue::new(),
-        requests: Queue::new(),
-        answers: Queue::new(),
-        settings: Queue::new(),
-        conditions: Queue::new(),
-    });
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let telemetry = start_up();
         THREAD.init(Executor::new()).run(|thread| {
-            thread.spawn(only(telemetry::telemetry_task(telemetry)));
-            thread.spawn(only(reloading::watchdog_task()));
+            thread.spawn(start::only(telemetry::telemetry_task(telemetry)));
+            thread.spawn(start::only(reloading::watchdog_task()));
         })
     }
 
@@ -168,8 +128,7 @@ mod boot {
         // Another chip may not bear this one's clock.
         let chip = chip::compare();
         let clock = if chip.is_ok() { clocks::start() } else { Ok(()) };
-        let Built { joint_loop, check, licence, boot, unnamed, sensors, built_in_robot } =
-            build_loop(&last_run, reference_cal, chip, clock);
+        let built = build_loop(&last_run, reference_cal, chip, clock);
         let outputs = Outputs::new(urgency(&BREAK));
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
@@ -179,43 +138,9 @@ mod boot {
             BOARD.button.set_pull(if BOARD.button_pressed { Pupdr::PULL_DOWN } else { Pupdr::PULL_UP });
         }
         lamps::start();
-        let queues = QUEUES.take();
-        let (samples_in, samples_out) = queues.samples.split();
-        let (frames_in, frames_out) = queues.frames.split();
-        let (changes_in, changes_out) = queues.changes.split();
-        let (edges_in, edges_out) = queues.edges.split();
-        let (records_in, records_out) = queues.records.split();
-        let (requests_in, requests_out) = queues.requests.split();
-        let (answers_in, answers_out) = queues.answers.split();
-        let (settings_in, settings_out) = queues.settings.split();
-        let (conditions_in, conditions_out) = queues.conditions.split();
-        let counted = joint_loop.conditions();
-        let control = CONTROL.init(Control {
-            joint_loop,
-            outputs,
-            check,
-            refused: false,
-            last_sequence: None,
-            samples: samples_in,
-            frames: frames_in,
-            changes: changes_in,
-            reported: (SupervisorState::Boot, Cause::None),
-            edges: edges_in,
-            records: records_in,
-            requests: requests_out,
-            answers: answers_in,
-            settings: settings_in,
-            conditions: conditions_in,
-            ticks_to_settings: 1,
-            ticks_to_record: FIRST_RECORD,
-            licence,
-            built_in_robot,
-            pacer: Pacer::default(),
-            compared: 0,
-            ticks_to_frame: TICKS_A_FRAME,
-            ended_late: false,
-            flooded: false,
-        });
+        let (of_control, of_telemetry, requests) = queues::split();
+        let Built { joint_loop, guards, told } = built;
+        let control = CONTROL.init(Control::new(joint_loop, guards, outputs, told.built_in_robot, of_control));
 
         // Before the watchdog starts: a clock that is too fast resets the board soon after.
         watchdog_clock::measure();
@@ -233,35 +158,8 @@ mod boot {
             servo_pwm::start_frames();
         });
 
-        let mut port = serial::start(Requests::new(requests_in));
-        let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
-        port.send(&Record::Boot(boot));
-        TELEMETRY.init(Telemetry {
-            port,
-            probe: Unframer::default(),
-            records: records_out,
-            answers: answers_out,
-            settings: settings_out,
-            conditions: conditions_out,
-            reported: counted,
-            unnamed,
-            samples: samples_out,
-            frames: frames_out,
-            changes: changes_out,
-            edges: edges_out,
-            sensors,
-            inputs: Inputs::default(),
-            last_tick: 0,
-            environment,
-            rounds: 0,
-            frames_to_line: FRAMES_A_LINE,
-            supply_v: None,
-            truncated: 0,
-            program: ProgramCheck::new(),
-            warnings,
-            brown_out,
-            refused_clock: None,
-        })
+        let port = serial::start(Requests::new(requests));
+        TELEMETRY.init(Telemetry::new(port, of_telemetry, environment, told))
     }
 
     /// The priority of an interrupt for the HAL: the chips have the upper four bits of its byte.
@@ -269,19 +167,7 @@ mod boot {
         Priority::from(interrupt.priority << 4)
     }
 
-    /// The loop, the boot record, and how many sensors there are.
-    struct Built {
-        joint_loop: &'static mut BoardLoop,
-        check: PulseCheck,
-        licence: Licence,
-        boot: Boot,
-        /// Check sums of the generator's and the robot's parameters.
-        unnamed: [u32; 2],
-        sensors: usize,
-        built_in_robot: bool,
-    }
-
-    /// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
+    /// Reads the parameters and builds the loop. Every refusal happens here, before anything can move.
     ///
     /// A function of its own, because the stack that it takes is free again afterwards.
     #[inline(never)]
@@ -292,50 +178,16 @@ mod boot {
         clock: Result<(), HseFault>,
     ) -> Built {
         // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
-        let loaded = parameters::read(&PARAMETERS);
-        let boot = log::boot(last_run, reference_cal, loaded.as_ref().ok());
+        let (read, boot) = start::read(last_run, reference_cal);
         if let Err(other) = chip {
-            stay_off(Subject::Configuration, other);
+            start::stay_off(Subject::Configuration, other);
         }
-        let loaded = match &loaded {
-            Ok(loaded) => loaded,
-            Err(error) => stay_off(error.subject(), error),
-        };
-        let parameters = loaded.parameters;
+        let loaded = start::loaded(&read);
         if let Err(fault) = clock {
-            stay_off(Subject::Clock, fault);
+            start::stay_off(Subject::Clock, fault);
         }
         stopwatch::start();
-        let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
-        match board_loop_at(LOOP.uninit(), parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
-            Ok(joint_loop) => match guards::build(joint_loop, loaded, last_run) {
-                Ok((check, licence)) => Built {
-                    joint_loop,
-                    check,
-                    licence,
-                    boot,
-                    unnamed: loaded.unnamed,
-                    sensors: parameters.sensors.count(),
-                    built_in_robot: loaded.built_in_robot,
-                },
-                Err(refusal) => stay_off(Subject::Configuration, refusal),
-            },
-            Err(refusal) => stay_off(Subject::Configuration, refusal),
-        }
-    }
-
-    /// The one instance of a task.
-    fn only<S>(task: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
-        let Ok(task) = task else { panic!("a task was started twice") };
-        task
-    }
-
-    /// Reports the reason in the log and by the lamps, with the servo lines low. The debug clock stays on in sleep, so that a probe can read
-    /// the log.
-    fn stay_off(subject: Subject, reason: impl core::fmt::Display) -> ! {
-        log::refused(subject, reason);
-        DBGMCU.cr().modify(|w| w.set_dbg_sleep(true));
-        lamps::show_for_ever(Shown::Off(subject))
+        start::build(loaded, boot, last_run, reference_cal)
     }
 }
 

@@ -15,17 +15,18 @@ use firmware_shared::licence::Licence;
 use firmware_shared::licence::Permit;
 use firmware_shared::pacing::{Pacer, since};
 use firmware_shared::pulse_check::PulseCheck;
-use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
-use joint_loop::tuning::{Answer, Outcome, Request, Settings};
-use joint_loop::{BoardFaults, Cause, Conditions, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
+use joint_loop::tuning::Outcome;
+use joint_loop::{BoardFaults, Cause, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Change, Edge};
 
 use super::progress::CONTROL;
+use super::queues::OfControl;
 use super::sensor::{Measurement, sensor_step};
 use crate::clocks;
 use crate::debugger;
+use crate::guards::Guards;
 use crate::kept_outputs;
 use crate::lamps;
 use crate::pins::PinRegisters;
@@ -41,26 +42,14 @@ use crate::variant::SHADOW;
 use crate::watchdog_clock;
 
 /// One frame in this many ticks goes to telemetry: 100 Hz.
-pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
+const TICKS_A_FRAME: u8 = CALLS as u8;
 /// The first tick with a frame for the serial port. At the default of 100 frames a second, and until a request is answered, no tick has two copies: settings
 /// in tick 1 and then once a second, counts of conditions in the tick after, frames for the serial port in ticks 6, 16, 26, for telemetry in 10, 20, 30.
-pub(crate) const FIRST_RECORD: u32 = 6;
+const FIRST_RECORD: u32 = 6;
 /// The lamps are set in the tick that begins with this count of ticks to telemetry's frame: 5, 15, 25 and so on, 100 times a second. It has no copy.
 const TICKS_AFTER_LAMPS: u8 = 6;
-/// Samples of half a frame period more than the longest pause of telemetry that the watchdog allows.
-pub(crate) const SAMPLES_QUEUED: usize = 64;
-/// Edges of a 1 kHz line over half a frame period more than the longest pause of telemetry that the watchdog allows.
-pub(crate) const EDGES_QUEUED: usize = 128;
-/// Frames of the same time, and one more.
-pub(crate) const FRAMES_QUEUED: usize = 8;
 /// Ticks from one report of the settings to the next, without a change: a second.
 const TICKS_A_REPORT: u32 = 1000;
-/// Counts of conditions, once a second.
-pub(crate) const CONDITIONS_QUEUED: usize = 3;
-/// Changes of state: the longest chain of them, and as many again.
-pub(crate) const CHANGES_QUEUED: usize = 16;
-/// Frames for the serial port: at most one a tick, over many rounds of telemetry.
-pub(crate) const RECORDS_QUEUED: usize = 32;
 
 /// Longest tick since telemetry's last report, core cycles.
 static LONGEST_CYCLES: AtomicU32 = AtomicU32::new(0);
@@ -89,43 +78,30 @@ pub(super) fn dropped() -> u32 {
 
 /// State of the control task.
 pub(crate) struct Control {
-    pub(crate) joint_loop: &'static mut BoardLoop,
-    pub(crate) outputs: Outputs,
-    pub(crate) check: PulseCheck,
-    /// The pulses of the last tick had no permit, or the check has refused them.
-    pub(crate) refused: bool,
-    /// Number of the last sample set.
-    pub(crate) last_sequence: Option<u32>,
-    /// Each with its tick.
-    pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,
-    pub(crate) frames: Producer<'static, Frame<SENSORS>>,
-    pub(crate) changes: Producer<'static, Change>,
-    /// State and cause of the last tick.
-    pub(crate) reported: (SupervisorState, Cause),
-    pub(crate) edges: Producer<'static, Edge>,
-    /// Frames for the serial port.
-    pub(crate) records: Producer<'static, Frame<SENSORS>>,
-    /// From the serial port.
-    pub(crate) requests: Consumer<'static, Request>,
-    pub(crate) answers: Producer<'static, Answer>,
-    /// Each with a tick in which they were in effect.
-    pub(crate) settings: Producer<'static, (u32, Settings)>,
-    /// What was not as it should be, whenever the settings are reported.
-    pub(crate) conditions: Producer<'static, Conditions<SENSORS>>,
-    pub(crate) ticks_to_settings: u32,
-    pub(crate) ticks_to_record: u32,
+    joint_loop: &'static mut BoardLoop,
+    outputs: Outputs,
+    check: PulseCheck,
     /// Locked out after too many crashes in a row, or by a brown-out reset that the robot demands and that is off: the button is not passed on.
-    pub(crate) licence: Licence,
+    licence: Licence,
     /// The robot is the built-in one.
-    pub(crate) built_in_robot: bool,
-    pub(crate) pacer: Pacer,
-    pub(crate) ticks_to_frame: u8,
+    built_in_robot: bool,
+    queues: OfControl,
+    /// The pulses of the last tick had no permit, or the check has refused them.
+    refused: bool,
+    /// Number of the last sample set.
+    last_sequence: Option<u32>,
+    /// State and cause of the last tick.
+    reported: (SupervisorState, Cause),
+    ticks_to_settings: u32,
+    ticks_to_record: u32,
+    pacer: Pacer,
+    ticks_to_frame: u8,
     /// Comparisons of the registers with what was written, wrapping.
-    pub(crate) compared: usize,
+    compared: usize,
     /// The last tick ended late.
-    pub(crate) ended_late: bool,
+    ended_late: bool,
     /// More edges came before the last tick than could be taken.
-    pub(crate) flooded: bool,
+    flooded: bool,
 }
 
 /// What the interrupt of the ticks works with; null until they begin.
@@ -181,7 +157,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         watchdog_clock: watchdog_clock::take(),
         debugger: debugger::attached(),
         program_unproven: program::is_unproven(),
-        request: requests::take(&mut control.requests),
+        request: requests::take(&mut control.queues.requests),
     };
 
     let command = control.joint_loop.tick(&sample);
@@ -239,6 +215,35 @@ fn raise(most: &AtomicU32, now: u32) {
 }
 
 impl Control {
+    /// Disarmed, before the first tick.
+    pub(crate) fn new(
+        joint_loop: &'static mut BoardLoop,
+        guards: Guards,
+        outputs: Outputs,
+        built_in_robot: bool,
+        queues: OfControl,
+    ) -> Self {
+        let Guards { check, licence } = guards;
+        Self {
+            joint_loop,
+            outputs,
+            check,
+            licence,
+            built_in_robot,
+            queues,
+            refused: false,
+            last_sequence: None,
+            reported: (SupervisorState::Boot, Cause::None),
+            ticks_to_settings: 1,
+            ticks_to_record: FIRST_RECORD,
+            pacer: Pacer::default(),
+            ticks_to_frame: TICKS_A_FRAME,
+            compared: 0,
+            ended_late: false,
+            flooded: false,
+        }
+    }
+
     /// What the lamps show.
     fn shown(&self, state: SupervisorState, pulses: bool) -> Shown {
         match state {
@@ -259,36 +264,36 @@ impl Control {
     }
 
     fn report(&mut self, sample: &Sample<SENSORS>, tick: u32) {
-        let mut dropped = u32::from(!queue::put(&mut self.samples, || (tick, *sample)));
+        let mut dropped = u32::from(!queue::put(&mut self.queues.samples, || (tick, *sample)));
         let now = (self.joint_loop.state(), self.joint_loop.cause());
         if self.reported != now {
             self.reported = now;
             let (state, cause) = now;
-            dropped += u32::from(!queue::put(&mut self.changes, || Change { tick, state, cause }));
+            dropped += u32::from(!queue::put(&mut self.queues.changes, || Change { tick, state, cause }));
         }
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
             self.ticks_to_frame = TICKS_A_FRAME;
-            dropped += u32::from(!queue::put(&mut self.frames, || self.joint_loop.frame()));
+            dropped += u32::from(!queue::put(&mut self.queues.frames, || self.joint_loop.frame()));
         }
         self.ticks_to_settings = self.ticks_to_settings.saturating_sub(1);
         for answer in self.joint_loop.answers() {
             if answer.outcome == Outcome::InEffect {
                 self.ticks_to_settings = 0;
             }
-            dropped += u32::from(!queue::put(&mut self.answers, || answer));
+            dropped += u32::from(!queue::put(&mut self.queues.answers, || answer));
         }
         if self.ticks_to_settings == 0 {
             self.ticks_to_settings = TICKS_A_REPORT;
-            dropped += u32::from(!queue::put(&mut self.settings, || (tick, *self.joint_loop.settings())));
+            dropped += u32::from(!queue::put(&mut self.queues.settings, || (tick, *self.joint_loop.settings())));
         } else if self.ticks_to_settings == TICKS_A_REPORT - 1 {
             // In the tick after the settings, so that the longest tick has one of the two.
-            dropped += u32::from(!queue::put(&mut self.conditions, || self.joint_loop.conditions()));
+            dropped += u32::from(!queue::put(&mut self.queues.conditions, || self.joint_loop.conditions()));
         }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {
             self.ticks_to_record = self.joint_loop.settings().ticks_a_record();
-            if !queue::put(&mut self.records, || self.joint_loop.frame()) {
+            if !queue::put(&mut self.queues.records, || self.joint_loop.frame()) {
                 NOT_SENT.fetch_add(1, Ordering::Relaxed);
             }
         }
@@ -304,7 +309,7 @@ impl Control {
             let offset_us = edge.at_us.wrapping_sub(triggered_us) as i32;
             let edge = Edge { tick, offset_us, high: edge.high, lost_before };
             lost_before = false;
-            dropped += u32::from(!queue::put(&mut self.edges, || edge));
+            dropped += u32::from(!queue::put(&mut self.queues.edges, || edge));
         });
         if dropped > 0 {
             DROPPED.fetch_add(dropped, Ordering::Relaxed);

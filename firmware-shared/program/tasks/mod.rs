@@ -13,6 +13,7 @@
 
 pub(crate) mod control;
 mod progress;
+pub(crate) mod queues;
 pub(crate) mod sensor;
 pub(crate) mod telemetry;
 pub(crate) mod watchdog;

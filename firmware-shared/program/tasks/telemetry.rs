@@ -2,17 +2,15 @@
 
 use embassy_time::Timer;
 use firmware_shared::liveness::FEED_US;
-use heapless::spsc::Consumer;
 use joint_loop::control::watchdog_clock::{FASTEST_HZ, SLOWEST_HZ};
-use joint_loop::tuning::{Answer, Settings};
 use joint_loop::{Conditions, Debugger, Frame, SENSORS, Sample, SupervisorState, WatchdogHz};
 use wire::{
-    Answered, BrownOut, Call, Change, Cost, Edge, Inputs, MAX_FRAME_BYTES, Record, Refused, Subject, Unframer,
-    Warnings, frame_record,
+    Answered, BrownOut, Call, Cost, Inputs, MAX_FRAME_BYTES, Record, Refused, Subject, Unframer, Warnings, frame_record,
 };
 
 use super::control::{dropped, take_not_sent, take_worst};
 use super::progress::TELEMETRY;
+use super::queues::OfTelemetry;
 use crate::environment::Environment;
 use crate::log;
 use crate::program::ProgramCheck;
@@ -20,6 +18,7 @@ use crate::rtt;
 use crate::serial::Port;
 use crate::servo_pwm;
 use crate::stack;
+use crate::start::Told;
 use crate::{debugger, watchdog_clock};
 
 /// Period of the task, us: less than half the period of the watchdog task, which must see progress each time.
@@ -27,49 +26,38 @@ const ROUND_US: u32 = 2_000;
 const _: () = assert!(2 * ROUND_US < FEED_US, "the watchdog task must see a round each time");
 const ROUNDS_A_SECOND: u32 = 1_000_000 / ROUND_US;
 /// Frames from one line for people to the next: 100 ms.
-pub(crate) const FRAMES_A_LINE: u8 = 10;
+const FRAMES_A_LINE: u8 = 10;
 
 /// State of the telemetry task.
 pub(crate) struct Telemetry {
-    pub(crate) port: Port,
+    port: Port,
+    queues: OfTelemetry,
+    environment: Environment,
     /// Finds the requests in what a debug probe writes.
-    pub(crate) probe: Unframer,
-    /// Frames for the serial port.
-    pub(crate) records: Consumer<'static, Frame<SENSORS>>,
-    pub(crate) answers: Consumer<'static, Answer>,
-    /// Each with a tick in which they were in effect.
-    pub(crate) settings: Consumer<'static, (u32, Settings)>,
-    /// What was not as it should be.
-    pub(crate) conditions: Consumer<'static, Conditions<SENSORS>>,
-    /// The same as it was last reported.
-    pub(crate) reported: Conditions<SENSORS>,
+    probe: Unframer,
+    /// What was not as it should be, as it was last reported.
+    reported: Conditions<SENSORS>,
     /// Check sums of the generator's and the robot's parameters.
-    pub(crate) unnamed: [u32; 2],
-    /// Each with its tick.
-    pub(crate) samples: Consumer<'static, (u32, Sample<SENSORS>)>,
-    pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
-    pub(crate) changes: Consumer<'static, Change>,
-    pub(crate) edges: Consumer<'static, Edge>,
+    unnamed: [u32; 2],
     /// Sensors that the board has: the first channels.
-    pub(crate) sensors: usize,
+    sensors: usize,
     /// Calls of the record that is being collected.
-    pub(crate) inputs: Inputs,
+    inputs: Inputs,
     /// Tick of the last of them.
-    pub(crate) last_tick: u32,
-    pub(crate) environment: Environment,
-    pub(crate) rounds: u32,
+    last_tick: u32,
+    rounds: u32,
     /// Frames until the next line for people.
-    pub(crate) frames_to_line: u8,
+    frames_to_line: u8,
     /// Mean supply of the last second, V.
-    pub(crate) supply_v: Option<f32>,
+    supply_v: Option<f32>,
     /// Pulses that were cut short, as of the last report.
-    pub(crate) truncated: u32,
-    pub(crate) program: ProgramCheck,
+    truncated: u32,
+    program: ProgramCheck,
     /// What the boot warned of, and the level of the brown-out reset.
-    pub(crate) warnings: Warnings,
-    pub(crate) brown_out: BrownOut,
+    warnings: Warnings,
+    brown_out: BrownOut,
     /// The clock of the watchdog that was reported as wrong.
-    pub(crate) refused_clock: Option<WatchdogHz>,
+    refused_clock: Option<WatchdogHz>,
 }
 
 /// Runs every [`ROUND_US`].
@@ -86,10 +74,10 @@ pub(crate) async fn telemetry_task(telemetry: &'static mut Telemetry) -> ! {
 fn telemetry_step(telemetry: &mut Telemetry) {
     telemetry.check_program();
     telemetry.report_watchdog_clock();
-    while let Some((tick, sample)) = telemetry.samples.dequeue() {
+    while let Some((tick, sample)) = telemetry.queues.samples.dequeue() {
         telemetry.collect(tick, &sample);
     }
-    while let Some(change) = telemetry.changes.dequeue() {
+    while let Some(change) = telemetry.queues.changes.dequeue() {
         log::state(&change);
         if change.state == SupervisorState::Arming {
             if debugger::attached() != Debugger::Absent {
@@ -99,24 +87,24 @@ fn telemetry_step(telemetry: &mut Telemetry) {
         }
         telemetry.send(&Record::Change(change));
     }
-    while let Some(frame) = telemetry.frames.dequeue() {
+    while let Some(frame) = telemetry.queues.frames.dequeue() {
         telemetry.report(&frame);
     }
-    while let Some(edge) = telemetry.edges.dequeue() {
+    while let Some(edge) = telemetry.queues.edges.dequeue() {
         telemetry.send(&Record::Edge(edge));
     }
-    while let Some(frame) = telemetry.records.dequeue() {
+    while let Some(frame) = telemetry.queues.records.dequeue() {
         telemetry.port.send(&Record::Frame(wire::Frame::from(&frame)));
     }
     // Before the answers: with one that says `in effect` a host has the settings already.
-    while let Some((tick, values)) = telemetry.settings.dequeue() {
+    while let Some((tick, values)) = telemetry.queues.settings.dequeue() {
         let [generator, robot] = telemetry.unnamed;
         telemetry.send(&Record::Settings(wire::Settings { tick, generator, robot, values }));
     }
-    while let Some(conditions) = telemetry.conditions.dequeue() {
+    while let Some(conditions) = telemetry.queues.conditions.dequeue() {
         telemetry.report_conditions(conditions);
     }
-    while let Some(answer) = telemetry.answers.dequeue() {
+    while let Some(answer) = telemetry.queues.answers.dequeue() {
         log::answered(&answer);
         telemetry.send(&Record::Answered(Answered::from(answer)));
     }
@@ -158,6 +146,32 @@ fn telemetry_step(telemetry: &mut Telemetry) {
 }
 
 impl Telemetry {
+    /// Before the first round; the boot record goes to the serial port.
+    pub(crate) fn new(mut port: Port, queues: OfTelemetry, environment: Environment, told: Told) -> Self {
+        let Told { boot, unnamed, sensors, built_in_robot, conditions } = told;
+        let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
+        port.send(&Record::Boot(boot));
+        Self {
+            port,
+            queues,
+            environment,
+            probe: Unframer::default(),
+            reported: conditions,
+            unnamed,
+            sensors,
+            inputs: Inputs::default(),
+            last_tick: 0,
+            rounds: 0,
+            frames_to_line: FRAMES_A_LINE,
+            supply_v: None,
+            truncated: 0,
+            program: ProgramCheck::new(),
+            warnings,
+            brown_out,
+            refused_clock: None,
+        }
+    }
+
     /// What the boot warned of, and what a debugger has set since.
     fn warnings_now(&self) -> Warnings {
         self.warnings.with(Warnings::CATCHES.when(debugger::catches()))
