@@ -161,9 +161,9 @@ mod tests {
     fn an_unknown_name_is_refused_with_the_list() {
         let message = Required::parse("node,ndoe").unwrap_err().to_string();
         assert!(message.contains("`ndoe`"), "{message}");
-        assert!(message.contains(
-            "allowed: board-compiler, virtual-board, traces, terminal, node, python, c++, probe, all"
-        ));
+        assert!(
+            message.contains("allowed: board-compiler, virtual-board, traces, terminal, node, python, c++, probe, all")
+        );
     }
 
     #[test]
