@@ -206,7 +206,8 @@ fn only_the_firmware_names_a_chip_family() {
         for dependency in dependencies(package).iter().filter(|dependency| !is_ours(dependency)) {
             let library = text(&dependency["name"]);
             let chip = ["embassy", "stm32", "defmt-rtt", "panic-"].iter().any(|prefix| library.starts_with(prefix));
-            assert!(!chip || FAMILIES.contains(&name), "{name} depends on {library}");
+            let of_a_firmware = FAMILIES.contains(&name) || name == "bare-metal-example";
+            assert!(!chip || of_a_firmware, "{name} depends on {library}");
             let processor = library.starts_with("cortex-m");
             let bare = ["bare-metal-example", "firmware", "firmware-rp2040", "link-proof"].contains(&name);
             assert!(!processor || bare, "{name} depends on {library}");

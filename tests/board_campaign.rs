@@ -345,7 +345,7 @@ fn a_changed_bit_at_rest_moves_nothing_that_a_hold_did_not_arm() {
     let mut drives = 0;
     for (run, state) in AT_REST {
         let mut text = head();
-        for (part, static_) in ["firmware4boot4LOOP", "firmware4boot7CONTROL"].into_iter().enumerate() {
+        for (part, static_) in ["firmware5start4LOOP", "firmware4boot7CONTROL"].into_iter().enumerate() {
             let addresses = of(static_);
             let all = (addresses.end - addresses.start) as usize * 8;
             // By the golden section: spread evenly, and other bits in each state.
@@ -386,7 +386,7 @@ fn a_changed_bit_of_the_loop_is_found_by_the_check_of_the_pulses() {
     let bytes = std::fs::read(std::env::var_os("FOOTFALL_ELF").expect("FOOTFALL_ELF")).expect("the image");
     let elf = object::File::parse(&*bytes).expect("an ELF");
     let name = |symbol: &object::Symbol<'_, '_>| symbol.name().expect("UTF-8").to_owned();
-    let first = elf.symbols().find(|symbol| name(symbol).ends_with("firmware4boot4LOOP")).expect("the loop");
+    let first = elf.symbols().find(|symbol| name(symbol).ends_with("firmware5start4LOOP")).expect("the loop");
     let end = first.address() + first.size();
     let after = elf.symbols().filter(|symbol| symbol.address() >= end && symbol.kind() == object::SymbolKind::Data);
     let after = after.min_by_key(object::ObjectSymbol::address).expect("a static after it");
