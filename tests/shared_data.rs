@@ -143,30 +143,3 @@ fn each_counter_of_progress_has_one_writer() {
         assert_eq!(writers, [writer], "{counter}");
     }
 }
-
-/// The two ends of each queue go to one task each: those of the ticks into `Control`, the others to telemetry and the serial port.
-#[test]
-fn each_queue_has_one_writer_and_one_reader() {
-    let control = read("firmware-shared/program/tasks/control.rs");
-    let (telemetry, serial) =
-        (read("firmware-shared/program/tasks/telemetry.rs"), read("firmware-shared/program/requests.rs"));
-    let ends = |text: &str, end: &str| -> BTreeSet<String> {
-        // Fields of a struct; not the argument of a function.
-        let fields = code(text).filter(|line| line.contains(&format!(": {end}<'static,")) && !line.contains("fn "));
-        fields
-            .map(|line| line.trim_start_matches("pub(crate) ").split(':').next().expect("a name").to_owned())
-            .collect()
-    };
-    let names = |names: &[&str]| -> BTreeSet<String> { names.iter().map(|name| (*name).to_owned()).collect() };
-    let to_telemetry =
-        names(&["samples", "frames", "changes", "edges", "records", "answers", "settings", "conditions"]);
-    assert_eq!(ends(&control, "Producer"), to_telemetry);
-    assert_eq!(ends(&telemetry, "Consumer"), to_telemetry);
-    assert_eq!((ends(&control, "Consumer"), ends(&serial, "Producer")), (names(&["requests"]), names(&["to_loop"])));
-    for family in ["firmware/src/main.rs", "firmware-rp2040/src/boot.rs"] {
-        let text = read(family);
-        for queue in to_telemetry.iter().chain(["requests".to_owned()].iter()) {
-            assert_eq!(text.matches(&format!("queues.{queue}.split()")).count(), 1, "{family}: {queue}");
-        }
-    }
-}

@@ -56,14 +56,14 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     servo_pwm::drive_pins_low();
     stopwatch::start();
     lamps::start();
-    let Built { joint_loop, guards, told } = build_loop(&last_run);
+    let Built { joint_loop, guards, report } = build_loop(&last_run);
     let outputs = Outputs::new();
     BOARD.sync_output.set(false);
     BOARD.sync_output.make_output();
     BOARD.foot_switch.make_input(Pull::Down);
     BOARD.button.make_input(if BOARD.button_pressed { Pull::Down } else { Pull::Up });
     let (of_control, of_telemetry, requests) = queues::split();
-    let control = CONTROL.init(Control::new(joint_loop, guards, outputs, told.built_in_robot, of_control));
+    let control = CONTROL.init(Control::new(joint_loop, guards, outputs, report.built_in_robot, of_control));
 
     // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
     watchdog::start();
@@ -81,7 +81,7 @@ fn start_up() -> (&'static mut Telemetry, serial::Tasks) {
     });
 
     let (port, tasks) = serial::start(usb, Requests::new(requests));
-    (TELEMETRY.init(Telemetry::new(port, of_telemetry, Environment, told)), tasks)
+    (TELEMETRY.init(Telemetry::new(port, of_telemetry, Environment, report)), tasks)
 }
 
 /// Reads the parameters and builds the loop. Every refusal happens here, before anything can move.

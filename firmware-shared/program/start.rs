@@ -21,7 +21,7 @@ static PARAMETERS: StaticCell<Parameters> = StaticCell::new();
 static LOOP: StaticCell<BoardLoop> = StaticCell::new();
 
 /// What telemetry tells of the boot.
-pub(crate) struct Told {
+pub(crate) struct BootReport {
     pub(crate) boot: Boot,
     /// Check sums of the generator's and the robot's parameters.
     pub(crate) unnamed: [u32; 2],
@@ -34,7 +34,7 @@ pub(crate) struct Told {
 pub(crate) struct Built {
     pub(crate) joint_loop: &'static mut BoardLoop,
     pub(crate) guards: Guards,
-    pub(crate) told: Told,
+    pub(crate) report: BootReport,
 }
 
 /// Reads the records, and reports the boot in the log.
@@ -63,14 +63,14 @@ pub(crate) fn build(loaded: &Loaded, boot: Boot, last_run: &LastRun, reference_c
     };
     match guarded {
         Ok((joint_loop, guards)) => {
-            let told = Told {
+            let report = BootReport {
                 boot,
                 unnamed: loaded.unnamed,
                 sensors: parameters.sensors.count(),
                 built_in_robot: loaded.built_in_robot,
                 conditions: joint_loop.conditions(),
             };
-            Built { joint_loop, guards, told }
+            Built { joint_loop, guards, report }
         }
         Err(refusal) => stay_off(Subject::Configuration, refusal),
     }

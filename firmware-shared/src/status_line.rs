@@ -3,11 +3,12 @@
 use core::fmt::{self, Write as _};
 
 use heapless::String;
+use joint_loop::Cause;
 use joint_units::Radians;
 use wire::Frame;
 
-/// Bytes of the longest line: four sensors that are out of their tables.
-pub const MAX_BYTES: usize = 160;
+/// Bytes of the longest line: four sensors that are out of their tables, and the longest cause.
+pub const MAX_BYTES: usize = 192;
 
 /// The line. With one sensor it has at most 66 characters, so that it fits into 80 columns behind the time.
 ///
@@ -15,7 +16,8 @@ pub const MAX_BYTES: usize = 160;
 /// walking: hips  12 -30 knees   5  60 deg, sensor  14 good, 3.01 V
 /// ```
 /// The angles are the setpoints of left hip, right hip, left knee and right knee, then each sensor's angle with its validity, in whole degrees; the
-/// supply is missing where the board does not measure it.
+/// supply is missing where the board does not measure it. A cause follows the state, so that each line of a board that does not arm says why:
+/// `disarmed (stop_untested): hips ...`.
 #[must_use]
 pub fn of(frame: &Frame, supply_v: Option<f32>) -> String<MAX_BYTES> {
     let mut line = String::new();
@@ -26,7 +28,11 @@ pub fn of(frame: &Frame, supply_v: Option<f32>) -> String<MAX_BYTES> {
 
 fn write(line: &mut String<MAX_BYTES>, frame: &Frame, supply_v: Option<f32>) -> fmt::Result {
     let [left_hip, right_hip, left_knee, right_knee] = frame.setpoints_rad.map(whole_degrees);
-    write!(line, "{}: hips {left_hip:>3} {right_hip:>3} knees {left_knee:>3} {right_knee:>3} deg", frame.state.name())?;
+    line.push_str(frame.state.name()).map_err(|_| fmt::Error)?;
+    if frame.cause != Cause::None {
+        write!(line, " ({})", frame.cause.name())?;
+    }
+    write!(line, ": hips {left_hip:>3} {right_hip:>3} knees {left_knee:>3} {right_knee:>3} deg")?;
     for sensor in frame.sensors.iter().flatten() {
         write!(line, ", sensor {:>3} {}", whole_degrees(sensor.angle_rad), sensor.validity.name())?;
     }
@@ -46,7 +52,7 @@ fn whole_degrees(radians: f32) -> i32 {
 #[cfg(test)]
 mod tests {
     use hgod_adc::Validity;
-    use joint_loop::{Cause, SupervisorState};
+    use joint_loop::SupervisorState;
     use wire::Reading;
 
     use super::*;
@@ -84,6 +90,8 @@ mod tests {
         assert_eq!(of(&walking, Some(3.006)), "walking: hips  12 -30 knees   5  60 deg, sensor  14 good, 3.01 V");
         let disarmed = frame(SupervisorState::Disarmed, [0.0; 4], [None; 4]);
         assert_eq!(of(&disarmed, None), "disarmed: hips   0   0 knees   0   0 deg");
+        let untested = Frame { cause: Cause::StopUntested, ..disarmed };
+        assert_eq!(of(&untested, None), "disarmed (stop_untested): hips   0   0 knees   0   0 deg");
     }
 
     #[test]
@@ -93,8 +101,11 @@ mod tests {
                 let one = frame(state, [-120.0; 4], [reading(-120.0, validity), None, None, None]);
                 let line = of(&one, Some(3.29));
                 assert!(line.ends_with("3.29 V"), "{line}");
-                let four = frame(state, [-120.0; 4], [reading(-120.0, validity); 4]);
-                assert!(of(&four, Some(3.29)).ends_with("3.29 V"), "{}", of(&four, Some(3.29)));
+                let mut four = frame(state, [-120.0; 4], [reading(-120.0, validity); 4]);
+                for cause in Cause::ALL {
+                    four.cause = cause;
+                    assert!(of(&four, Some(3.29)).ends_with("3.29 V"), "{}", of(&four, Some(3.29)));
+                }
             }
         }
         // Walking with a good sensor, angles of three characters: 80 columns with `[defmt] ` and a time below 100 s in front.

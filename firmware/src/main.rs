@@ -139,8 +139,8 @@ mod boot {
         }
         lamps::start();
         let (of_control, of_telemetry, requests) = queues::split();
-        let Built { joint_loop, guards, told } = built;
-        let control = CONTROL.init(Control::new(joint_loop, guards, outputs, told.built_in_robot, of_control));
+        let Built { joint_loop, guards, report } = built;
+        let control = CONTROL.init(Control::new(joint_loop, guards, outputs, report.built_in_robot, of_control));
 
         // Before the watchdog starts: a clock that is too fast resets the board soon after.
         watchdog_clock::measure();
@@ -159,7 +159,7 @@ mod boot {
         });
 
         let port = serial::start(Requests::new(requests));
-        TELEMETRY.init(Telemetry::new(port, of_telemetry, environment, told))
+        TELEMETRY.init(Telemetry::new(port, of_telemetry, environment, report))
     }
 
     /// The priority of an interrupt for the HAL: the chips have the upper four bits of its byte.

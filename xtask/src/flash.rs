@@ -97,7 +97,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     // Each sector is a download of its own: that of the program does not erase them.
     let (written, kept) = options.sectors(board);
     if !options.dfu {
-        option_bytes::say_level(board, &workspace.target_dir.join("board"))?;
+        option_bytes::check(board, &workspace.target_dir.join("board"))?;
     }
     for (sector, content) in written {
         write(&workspace, board, options.dfu, sector, &content)?;

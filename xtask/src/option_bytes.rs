@@ -20,7 +20,9 @@ const FLASH_OPTCR: u32 = 0x4002_3C14;
 /// and the reserved bits are 0. 0x0000_0000 and 0xFFFF_FFFF, which a bad connection reads, are no such word.
 const FIXED: u32 = 0xF000_FF32;
 /// What they are as delivered.
-const AS_DELIVERED: u32 = 0x0000_AA20;
+const AS_DELIVERED: u32 = 0x0000_0020 | NOT_PROTECTED << 8;
+/// RDP without protection (RM0090 3.6.3).
+const NOT_PROTECTED: u32 = 0xAA;
 
 /// The lowest measured supply that level 3 is set at on a board whose own level is lower: 2.97 V, to which the threshold rises in the worst chip, and 30 mV for
 /// the meter (data sheets, "Embedded reset and power control block characteristics").
@@ -213,9 +215,12 @@ fn base64(bytes: &[u8]) -> String {
     text
 }
 
-/// Says the level of a connected board in one line, and the command that sets another where it is not the board's.
-pub(crate) fn say_level(board: Board, folder: &Path) -> Result<()> {
-    let (level, wanted) = (Level::of(read(board, folder)?), wanted(board));
+/// Refuses a chip whose flash is protected, before anything is written, and says the level of the brown-out reset in one line, with the command that sets another
+/// where it is not the board's.
+pub(crate) fn check(board: Board, folder: &Path) -> Result<()> {
+    let optcr = read(board, folder)?;
+    require_unprotected(optcr)?;
+    let (level, wanted) = (Level::of(optcr), wanted(board));
     if level == wanted {
         eprintln!("brown-out reset: level {}, as this board should have", level.name());
     } else {
@@ -226,6 +231,17 @@ pub(crate) fn say_level(board: Board, folder: &Path) -> Result<()> {
             board.feature()
         );
     }
+    Ok(())
+}
+
+/// Only RDP 0xAA is no protection. To lift a protection erases the whole flash, so that no command of ours does it.
+fn require_unprotected(optcr: u32) -> Result<()> {
+    let protection = optcr >> 8 & 0xFF;
+    ensure!(
+        protection == NOT_PROTECTED,
+        "the chip's flash is protected against reading: RDP is {protection:#04x} in FLASH_OPTCR {optcr:#010x}; allowed is {NOT_PROTECTED:#04x}. Nothing was \
+         written. Where the chip may lose all that its flash holds, `STM32_Programmer_CLI -c port=SWD -rdu` lifts the protection (not from level 2, 0xcc)"
+    );
     Ok(())
 }
 
@@ -285,16 +301,17 @@ pub(crate) fn set(board: Board, options: &Options, folder: &Path) -> Result<()> 
         eprintln!("option bytes: the brown-out reset is at level {} already", level.name());
         return Ok(());
     }
+    require_unprotected(optcr)?;
     ensure!(
         optcr & FIXED == AS_DELIVERED,
-        "FLASH_OPTCR reads {optcr:#010x}: the chip is protected, or its option bytes are otherwise not as delivered (RDP 0xAA), and they are left as they are; \
+        "FLASH_OPTCR reads {optcr:#010x}: the option bytes are not as delivered, and they are left as they are; \
          use another tool, for example `STM32_Programmer_CLI -c port=SWD -ob BOR_LEV={}`",
         level.field()
     );
     let [chip, word] = ["option-bytes.yaml", "option-bytes.bin"].map(|name| folder.join(name));
     std::fs::write(&chip, description()).with_context(|| format!("writing {}", chip.display()))?;
     std::fs::write(&word, level.bits().to_le_bytes()).with_context(|| format!("writing {}", word.display()))?;
-    let mut download = shell::command(probe::program("probe-rs")?);
+    let mut download = probe::probe_rs()?;
     download.args(["download", "--chip", CHIP, "--chip-description-path"]).arg(&chip).arg("--disable-progressbars");
     download.args(["--binary-format", "bin", "--base-address", &format!("{PLACE:#x}")]).arg(&word);
     shell::stdout_of(&mut download).context("setting the brown-out reset")?;
@@ -341,6 +358,15 @@ mod tests {
         }
         for refused in [0, u32::MAX, 0x0FFF_55ED, 0x0FFF_CCED, 0x0FFF_FFED, 0x8FFF_AAED, 0x0FFF_AAEF, 0x0FFF_AACD] {
             assert_ne!(refused & FIXED, AS_DELIVERED, "{refused:#010x}");
+        }
+    }
+
+    #[test]
+    fn a_protected_chip_is_refused() {
+        assert!(require_unprotected(0x0FFF_AAE1).is_ok());
+        for protected in [0x0FFF_55E1, 0x0FFF_CCE1, 0x0FFF_00E1, 0x0FFF_FFE1] {
+            let error = require_unprotected(protected).unwrap_err().to_string();
+            assert!(error.contains("Nothing was written") && error.contains(&format!("{protected:#010x}")), "{error}");
         }
     }
 

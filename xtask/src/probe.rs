@@ -28,6 +28,9 @@ pub(crate) const FOLDER: &str = "FOOTFALL_PROBE_RS";
 /// The variable by which probe-rs itself takes a probe that it cannot list, such as a virtual board.
 const PROBE: &str = "PROBE_RS_PROBE";
 
+/// The variable by which probe-rs takes the protocol.
+const PROTOCOL: &str = "PROBE_RS_PROTOCOL";
+
 /// Without these options `run` and `attach` set vector catches that outlast them: then a fault halts the core before its handler switches the outputs off, and a
 /// reset does not boot.
 pub(crate) const NO_CATCHES: [&str; 4] =
@@ -101,6 +104,15 @@ pub(crate) fn require() -> Result<()> {
     }
 }
 
+/// A command of probe-rs. Without a protocol it takes JTAG at some probes, which no board of ours has at its debug connector.
+pub(crate) fn probe_rs() -> Result<Command> {
+    let mut command = shell::command(program("probe-rs")?);
+    if std::env::var_os(PROTOCOL).is_none_or(|name| name.is_empty()) {
+        command.env(PROTOCOL, "swd");
+    }
+    Ok(command)
+}
+
 /// The path of `probe-rs` or `cargo-embed`, which one package has: in the folder that FOOTFALL_PROBE_RS names, on PATH, or where `cargo xtask setup --with
 /// probe` has installed it.
 pub(crate) fn program(name: &str) -> Result<PathBuf> {
@@ -147,7 +159,7 @@ fn version(said: &str) -> Option<[u32; 3]> {
 
 /// The command that writes an image into a board's flash, starts it and shows its log, until it is ended. `wire` has records for programs, and is not shown.
 pub(crate) fn run(chip: &str, elf: &Path) -> Result<Command> {
-    let mut run = shell::command(program("probe-rs")?);
+    let mut run = probe_rs()?;
     run.args(["run", "--chip", chip]).args(NO_CATCHES).args(["--rtt-up-channels", "0"]).arg(elf);
     Ok(run)
 }
@@ -155,7 +167,7 @@ pub(crate) fn run(chip: &str, elf: &Path) -> Result<Command> {
 /// The command that shows the channels of a running board as `cargo embed` does, with these settings. `probe-rs` has that program in itself.
 #[cfg(unix)]
 pub(crate) fn embed(settings: &Path, elf: &Path) -> Result<Command> {
-    let mut embed = shell::command(program("probe-rs")?);
+    let mut embed = probe_rs()?;
     embed.args(["cargo-embed", "--disable-progressbars", "--config-file"]).arg(settings).arg("--path").arg(elf);
     // It does not read this variable by itself, and finds a probe at a network address only by the numbers of the Black Magic Probe.
     if let Some(probe) = std::env::var(PROBE).ok().filter(|name| !name.is_empty()) {
@@ -180,7 +192,7 @@ pub(crate) fn require_outputs_off(board: Board, folder: &Path) -> Result<()> {
 
 /// Writes a file into a sector. What the sector held is gone, and the other sectors stay.
 pub(crate) fn download(board: Board, sector: Sector, file: &Path) -> Result<()> {
-    let mut download = shell::command(program("probe-rs")?);
+    let mut download = probe_rs()?;
     download.args(["download", "--chip", board.chip(), "--binary-format", "bin", "--base-address"]);
     done(download.arg(sector.argument()).arg(file), "probe-rs download")
 }
@@ -193,7 +205,7 @@ pub(crate) fn erase(board: Board, sector: Sector, file: &Path) -> Result<()> {
 
 /// Resets the board: it runs what its flash holds.
 pub(crate) fn reset(board: Board) -> Result<()> {
-    done(shell::command(program("probe-rs")?).args(["reset", "--chip", board.chip()]), "probe-rs reset")
+    done(probe_rs()?.args(["reset", "--chip", board.chip()]), "probe-rs reset")
 }
 
 /// The bytes of the three sectors, which lie side by side, in one session.
@@ -212,7 +224,7 @@ pub(crate) fn read_word(board: Board, address: u32, folder: &Path) -> Result<u32
 pub(crate) fn read(board: Board, address: u32, bytes: usize, folder: &Path) -> Result<Vec<u8>> {
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     let file = folder.join("read.bin");
-    let mut read = shell::command(program("probe-rs")?);
+    let mut read = probe_rs()?;
     read.args(["read", "--chip", board.chip(), "b32", &format!("0x{address:08x}"), &(bytes / 4).to_string()]);
     read.args(["--format", "binary", "--output"]).arg(&file);
     // Its messages are shown if it fails: without a USB bus it warns a lot.

@@ -18,7 +18,7 @@ use crate::rtt;
 use crate::serial::Port;
 use crate::servo_pwm;
 use crate::stack;
-use crate::start::Told;
+use crate::start::BootReport;
 use crate::{debugger, watchdog_clock};
 
 /// Period of the task, us: less than half the period of the watchdog task, which must see progress each time.
@@ -147,8 +147,8 @@ fn telemetry_step(telemetry: &mut Telemetry) {
 
 impl Telemetry {
     /// Before the first round; the boot record goes to the serial port.
-    pub(crate) fn new(mut port: Port, queues: OfTelemetry, environment: Environment, told: Told) -> Self {
-        let Told { boot, unnamed, sensors, built_in_robot, conditions } = told;
+    pub(crate) fn new(mut port: Port, queues: OfTelemetry, environment: Environment, report: BootReport) -> Self {
+        let BootReport { boot, unnamed, sensors, built_in_robot, conditions } = report;
         let (warnings, brown_out) = (log::warnings(&boot, built_in_robot), boot.brown_out);
         port.send(&Record::Boot(boot));
         Self {

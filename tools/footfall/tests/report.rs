@@ -92,9 +92,10 @@ fn the_page_says_what_it_is_and_has_the_person_first() {
         let labelled = format!("{id}-t {id}-d");
         let at = all.iter().position(|svg| svg.attribute("aria-labelledby") == Some(&labelled)).expect(id);
         let lines = all.iter().filter(|line| line.name == "polyline" && line.parent == Some(at));
+        // The curves, then the upright lines at which a foot leaves the ground.
         assert_eq!(
             lines.filter_map(|line| line.attribute("class")).collect::<Vec<_>>(),
-            ["left", "right dashed"],
+            ["left", "right dashed", "left", "right dashed"],
             "{id}"
         );
     }

@@ -55,7 +55,6 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask bench board",
             "cargo xtask bench board --write",
             "cargo xtask campaign",
-            "cargo xtask campaign --several 1 --seed 17",
             "cargo xtask campaign --every 29",
             "cargo xtask campaign --only hangs",
             "cargo xtask campaign --only hangs --lsi-hz 17000",

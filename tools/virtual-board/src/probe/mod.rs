@@ -15,6 +15,7 @@ mod swd;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
@@ -23,7 +24,7 @@ use adi::{DebugBus, DebugPort};
 use remote::Frames;
 use swd::Wire;
 
-/// Longest time for which an answer may wait for a client that does not read.
+/// Longest time for which an answer waits for a client that does not read, and a client for the end of the one before it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What the thread that reads from the clients says.
@@ -59,7 +60,7 @@ pub(crate) struct ProbeServer {
 }
 
 impl ProbeServer {
-    /// Listens at an address. One client is served at a time; further ones wait.
+    /// Listens at an address. One client is served at a time; a further one is refused.
     ///
     /// # Errors
     /// The address cannot be used.
@@ -122,25 +123,36 @@ impl ProbeServer {
     }
 }
 
-/// Accepts one client after the other, and passes on what it sends.
+/// Accepts clients, and passes on what the present one sends. A further one is refused by the end of its connection, unless the present one ends soon: a client
+/// may connect before the end of the last one is seen.
 fn serve(listener: &TcpListener, to: &Sender<Message>) {
+    let mut present: Option<JoinHandle<()>> = None;
     for client in listener.incoming() {
-        let Ok(mut client) = client else { continue };
-        let prepared = client.set_nodelay(true).and_then(|()| client.set_write_timeout(Some(PATIENCE)));
-        let Ok(answers) = prepared.and_then(|()| client.try_clone()) else { continue };
-        if to.send(Message::Connected(answers)).is_err() {
-            return;
+        let Ok(client) = client else { continue };
+        let accepted = Instant::now();
+        while present.as_ref().is_some_and(|thread| !thread.is_finished()) && accepted.elapsed() < PATIENCE {
+            std::thread::sleep(Duration::from_millis(5));
         }
-        let mut piece = [0; 4096];
-        while let Ok(length @ 1..) = client.read(&mut piece) {
-            if to.send(Message::Bytes(piece[..length].to_vec())).is_err() {
-                return;
-            }
+        if present.as_ref().is_some_and(|thread| !thread.is_finished()) {
+            eprintln!("--probe: a client is connected, and a further one was refused: end the first one");
+            continue;
         }
-        if to.send(Message::Gone).is_err() {
-            return;
-        }
+        let to = to.clone();
+        present = Some(std::thread::spawn(move || pass_on(client, &to)));
     }
+}
+
+/// Passes on what a client sends, until it is gone or the board has ended.
+fn pass_on(mut client: TcpStream, to: &Sender<Message>) {
+    let prepared = client.set_nodelay(true).and_then(|()| client.set_write_timeout(Some(PATIENCE)));
+    let Ok(answers) = prepared.and_then(|()| client.try_clone()) else { return };
+    let mut is_heard = to.send(Message::Connected(answers)).is_ok();
+    let mut piece = [0; 4096];
+    while is_heard && let Ok(length @ 1..) = client.read(&mut piece) {
+        is_heard = to.send(Message::Bytes(piece[..length].to_vec())).is_ok();
+    }
+    // Without a receiver the board has ended.
+    let _ = to.send(Message::Gone);
 }
 
 #[cfg(test)]
@@ -169,21 +181,24 @@ mod tests {
                 }
             }
         }
-        // Two at a time: the second one waits until the first one is gone.
+        // Two at a time: the second one is refused.
         let mut first = TcpStream::connect(server.address).unwrap();
-        let mut second = TcpStream::connect(server.address).unwrap();
-        second.write_all(b"!HC#").unwrap();
         first.write_all(b"!GA#").unwrap();
         assert_eq!(server.next(soon()), Some(Event::Connected));
         assert_eq!(server.next(soon()), Some(Event::Command("GA".into())));
+        let mut second = TcpStream::connect(server.address).unwrap();
+        assert!(matches!(second.read(&mut [0; 4]), Ok(0) | Err(_)));
         assert_eq!(server.next(Instant::now()), None);
+        // One that connects as the first one goes is served.
+        let mut third = TcpStream::connect(server.address).unwrap();
+        third.write_all(b"!HC#").unwrap();
         drop(first);
         assert_eq!(server.next(soon()), Some(Event::Gone));
         assert_eq!(server.next(soon()), Some(Event::Connected));
         assert_eq!(server.next(soon()), Some(Event::Command("HC".into())));
         server.answer("HC", &mut memory);
         let mut answer = [0; 4];
-        second.read_exact(&mut answer).unwrap();
+        third.read_exact(&mut answer).unwrap();
         assert_eq!(&answer, b"&K3#");
         assert!(server.is_connected());
     }
