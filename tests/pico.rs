@@ -159,11 +159,19 @@ fn a_core_that_a_debugger_resets_is_no_crash() {
     let mut scenario = from_the_drive(scenario(4.3));
     scenario["events"].as_array_mut().expect("a list").push(json!({"s": AT_S, "core_reset": true}));
     let ran = run(&scenario, &[]);
-    assert_eq!(ran.resets.len(), 1, "the watchdog has not reset the chip: {:?}", ran.resets);
-    let [_, boot] = &ran.boots[..] else { panic!("{} boots", ran.boots.len()) };
-    let record = boot.boot.as_ref().expect("a boot record");
-    assert_eq!((record.reset, record.streak), (Reset::Software, 0));
-    assert!(record.last_outputs.as_ref().is_some_and(|last| last.on), "{:?}", record.last_outputs);
+    match (&ran.boots[..], &ran.resets[..]) {
+        ([_, boot], [_]) => {
+            let record = boot.boot.as_ref().expect("a boot record");
+            assert_eq!((record.reset, record.streak), (Reset::Software, 0));
+            assert!(record.last_outputs.as_ref().is_some_and(|last| last.on), "{:?}", record.last_outputs);
+        }
+        // The other units of the chip go on where they were. Depending on the moment the start does not get on, and the watchdog resets the chip.
+        ([_, _, _], [_, (at, reason)]) => {
+            assert_eq!(reason, "timer");
+            assert!((AT_S..AT_S + 2e-6 * f64::from(TIMEOUT_US)).contains(at), "{at}");
+        }
+        (boots, resets) => panic!("{} boots, resets {resets:?}", boots.len()),
+    }
     for line in ran.servos.iter().chain([&ran.rail]) {
         assert!(line.len().is_multiple_of(2) && line.last().is_some_and(|last| *last < LOW_AGAIN_NS), "{line:?}");
     }
