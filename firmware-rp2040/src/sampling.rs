@@ -60,8 +60,13 @@ pub(crate) fn take_newest() -> Option<SampleSet> {
     NEWEST.lock(Cell::take)
 }
 
-/// Written by DMA, read by the interrupt.
-#[repr(transparent)]
+/// Bytes of a block, a power of two.
+const BLOCK_BYTES: usize = BLOCK * size_of::<u16>();
+const _: () = assert!(BLOCK_BYTES == 32, "the alignment of the blocks is that of their ring");
+
+/// Written by DMA, read by the interrupt. The address of a channel wraps within its block (RP2040 datasheet, 2.5.7, RING_SIZE), whatever the program does: a reset
+/// of the core alone leaves the converter and DMA at work, while the start fills the memory.
+#[repr(C, align(32))]
 struct Blocks(UnsafeCell<[[u16; BLOCK]; 2]>);
 
 // SAFETY: the program only reads, volatile, in one interrupt; any half-word is a valid value.
@@ -178,6 +183,8 @@ fn transfer(block: usize) -> CtrlTrig {
     w.set_high_priority(true);
     w.set_data_size(DataSize::SIZE_HALFWORD);
     w.set_incr_write(true);
+    w.set_ring_sel(true);
+    w.set_ring_size(BLOCK_BYTES.trailing_zeros() as u8);
     w.set_treq_sel(TreqSel::ADC);
     w.set_chain_to(1 - block as u8 % 2);
     w
@@ -210,8 +217,6 @@ fn DMA_IRQ_0() {
         // Both: this interrupt was held off for a whole period. The newer one is that whose channel is not running.
         _ => usize::from(DMA.ch(0).ctrl_trig().read().busy()),
     };
-    // For the next time: the channel starts again when the other one ends.
-    DMA.ch(full).write_addr().write_value(BLOCKS.address(full) as u32);
     let now_us = stopwatch::now_us();
     let later = (BLOCK as u32).saturating_sub(DMA.ch(1 - full).trans_count().read());
     let code = |rank| trimmed_mean(BLOCKS.conversions(full, rank));

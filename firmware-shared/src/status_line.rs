@@ -10,7 +10,7 @@ use wire::Frame;
 /// Bytes of the longest line: four sensors that are out of their tables, and the longest cause.
 pub const MAX_BYTES: usize = 192;
 
-/// The line. With one sensor it has at most 66 characters, so that it fits into 80 columns behind the time.
+/// The line. With one sensor and no cause it has at most 66 characters, so that it fits into 80 columns behind the time.
 ///
 /// ```text
 /// walking: hips  12 -30 knees   5  60 deg, sensor  14 good, 3.01 V

@@ -156,8 +156,10 @@ impl Bench {
 
     /// Exit code, standard output, standard error of `cargo xtask`.
     pub fn xtask(&self, arguments: &str) -> (Option<i32>, String, String) {
-        let output =
-            self.beside("cargo", "").arg("xtask").args(arguments.split(' ')).stdin(Stdio::null()).output().unwrap();
+        // As a user who names the probe alone: xtask asks for the protocol.
+        let mut cargo = self.beside("cargo", "");
+        cargo.env_remove("PROBE_RS_PROTOCOL").arg("xtask").args(arguments.split(' '));
+        let output = cargo.stdin(Stdio::null()).output().unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (output.status.code(), text(&output.stdout), text(&output.stderr))
     }

@@ -28,7 +28,7 @@ pub(crate) const FOLDER: &str = "FOOTFALL_PROBE_RS";
 /// The variable by which probe-rs itself takes a probe that it cannot list, such as a virtual board.
 const PROBE: &str = "PROBE_RS_PROBE";
 
-/// The variable by which probe-rs takes the protocol.
+/// The variable from which probe-rs takes the protocol.
 const PROTOCOL: &str = "PROBE_RS_PROTOCOL";
 
 /// Without these options `run` and `attach` set vector catches that outlast them: then a fault halts the core before its handler switches the outputs off, and a
@@ -104,7 +104,7 @@ pub(crate) fn require() -> Result<()> {
     }
 }
 
-/// A command of probe-rs. Without a protocol it takes JTAG at some probes, which no board of ours has at its debug connector.
+/// A command of probe-rs, with SWD, which each board's debug connector has. At a Black Magic Probe probe-rs asks for a protocol.
 pub(crate) fn probe_rs() -> Result<Command> {
     let mut command = shell::command(program("probe-rs")?);
     if std::env::var_os(PROTOCOL).is_none_or(|name| name.is_empty()) {

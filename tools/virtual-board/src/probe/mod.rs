@@ -130,10 +130,11 @@ fn serve(listener: &TcpListener, to: &Sender<Message>) {
     for client in listener.incoming() {
         let Ok(client) = client else { continue };
         let accepted = Instant::now();
-        while present.as_ref().is_some_and(|thread| !thread.is_finished()) && accepted.elapsed() < PATIENCE {
+        let is_busy = || present.as_ref().is_some_and(|thread| !thread.is_finished());
+        while is_busy() && accepted.elapsed() < PATIENCE {
             std::thread::sleep(Duration::from_millis(5));
         }
-        if present.as_ref().is_some_and(|thread| !thread.is_finished()) {
+        if is_busy() {
             eprintln!("--probe: a client is connected, and a further one was refused: end the first one");
             continue;
         }
